@@ -90,6 +90,7 @@ async function wrongToken(browser) {
   await page.click('#token-dialog button[type="submit"]');
   await page.waitForFunction(() => document.querySelector('#token-dialog .problem').textContent === 'This is not the server’s token.');
   check(await page.isVisible('#token-dialog') && await page.isDisabled('#halt-all'), 'a wrong token unlocks');
+  await page.waitForFunction(() => [...document.querySelectorAll('#events li .warn')].some((it) => it.textContent === 'web 127.0.0.1: unlock: refused, found an invalid token'));
   await context.close();
 }
 

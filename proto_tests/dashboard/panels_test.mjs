@@ -249,10 +249,11 @@ async function events(browser) {
   await post('paint', {pheromone: 'no such', points_m: [[2, 9], [3, 9]], radius_m: 0.1}, 400);
   await post('goto', {link: 'radio-a', id: 1, x_m: 6.5, y_m: 8.25});
   await post('goto', {link: 'radio-a', id: 1, cancel: true});
-  await shown('web: painted "trail" at \\(2, 9\\)$');
-  await shown('web: robot radio-a 1: sent to a goal at \\(6.5, 8.25\\)$');
-  await shown('web: robot radio-a 1: goal cancelled$');
-  check(!/no such/.test(await page.textContent('#events')), 'what was refused is told as done');
+  await shown('web 127.0.0.1: painted "trail" at \\(2, 9\\)$');
+  await shown('web 127.0.0.1: paint: refused, found "no such"$');
+  await shown('web 127.0.0.1: robot radio-a 1: sent to a goal at \\(6.5, 8.25\\)$');
+  await shown('web 127.0.0.1: robot radio-a 1: goal cancelled$');
+  check(!/painted "no such/.test(await page.textContent('#events')), 'what was refused is told as done');
   await shown('link radio-a is up');   // before any page was opened
   await page.click('#events .jump >> text=painted "trail" at (2, 9)');
   const [x, y] = await pixel(page, 2, 9);

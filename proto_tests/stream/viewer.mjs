@@ -104,13 +104,19 @@ async function look(subprotocol) {
   const erase = services.find((it) => it.name === "/erase");
   viewer.client.sendServiceCallRequest({ serviceId: erase.id, callId: 1, encoding: "json",
     data: encoder.encode('{"pheromone":"trail","all":true}') });
-  assert.match((await viewer.next("serviceCallFailure")).message, /token/);
+  assert.match((await viewer.next("serviceCallFailure")).message, /ticket/);
   viewer.client.close();
   await viewer.next("close");
 }
 
+async function ticket() {
+  const response = await fetch(`${url.replace(/^ws/, "http")}api/v1/ticket`,
+    { method: "POST", headers: { Authorization: `Bearer ${token}` }, body: "{}" });
+  return (await response.json()).ticket;
+}
+
 async function paint() {
-  const viewer = new Viewer(`${url}?token=${token}`, "foxglove.websocket.v1");
+  const viewer = new Viewer(`${url}?ticket=${await ticket()}`, "foxglove.websocket.v1");
   await viewer.next("advertise");
   const empty = await viewer.message("/pheromone/trail");
   assert.ok(empty.data.every((it) => it === 0 || it === 255));
@@ -140,7 +146,7 @@ async function paint() {
 
 // Records a stroke of the brush; the name of the recording.
 async function record() {
-  const viewer = new Viewer(`${url}?token=${token}`, "foxglove.websocket.v1");
+  const viewer = new Viewer(`${url}?ticket=${await ticket()}`, "foxglove.websocket.v1");
   await viewer.next("advertise");
   const services = await viewer.next("advertiseServices");
   const call = (name, body) => {

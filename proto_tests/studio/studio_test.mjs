@@ -10,7 +10,7 @@ import {createReadStream, existsSync, mkdirSync, readdirSync, statSync} from 'no
 import {createServer} from 'node:http';
 import {extname, join, normalize} from 'node:path';
 import {chromium} from 'playwright-core';
-import {Swarm, TOKEN, check, defaultConfig, until} from './swarm.mjs';
+import {Swarm, check, defaultConfig, until} from './swarm.mjs';
 
 const [binDir, layout, out] = process.argv.slice(2);
 mkdirSync(out, {recursive: true});
@@ -93,12 +93,7 @@ async function fullPixels(page) {
   }, picture);
 }
 
-async function capture(action) {
-  const answer = await fetch(`http://127.0.0.1:${swarm.port}/api/v1/capture`, {
-    method: 'POST', headers: {'Content-Type': 'application/json', Authorization: `Bearer ${TOKEN}`},
-    body: JSON.stringify({action})});
-  check(answer.ok, `capture ${action}: ${await answer.text()}`);
-}
+const capture = (action) => swarm.post('capture', {action});
 
 let browser;
 let status = 0;
@@ -107,7 +102,7 @@ try {
   await swarm.drive('radio-a.pty', 1);
   const brush = {pheromone: 'trail', x_m: 2, y_m: 2, radius_m: 0.3, units: 0.2};
   const query = new URLSearchParams({
-    server: `ws://127.0.0.1:${swarm.port}/?token=${TOKEN}`,
+    server: `ws://127.0.0.1:${swarm.port}/?ticket=${(await swarm.post('ticket', {})).ticket}`,
     schema: 'pheromone.Brush',
     brush: JSON.stringify(brush),
   });

@@ -58,6 +58,26 @@ TEST_F(ControlTest, ATokenThatAllUsersCanReadIsWarnedOf) {
   EXPECT_TRUE(parsed.value().warnings[0].urgent);
 }
 
+TEST_F(ControlTest, AnAddressForOthersWithoutTlsIsWarnedOf) {
+  for (const auto& [listen, warnings] :
+       {std::pair("0.0.0.0:8377", 1u), std::pair("[::]:8377", 1u), std::pair("192.0.2.7:80", 1u),
+        std::pair("127.0.0.1:8377", 0u), std::pair("127.3.0.1:80", 0u),
+        std::pair("[::1]:80", 0u)}) {
+    const Result<Config> parsed = Parse("[web]\nlisten = \"" + std::string(listen) + "\"\n");
+    ASSERT_TRUE(parsed.ok()) << parsed.error();
+    ASSERT_EQ(parsed.value().warnings.size(), warnings) << listen;
+    if (warnings != 0) {
+      EXPECT_EQ(
+          parsed.value().warnings[0].text,
+          "f.toml:30:10: web.listen: the token, and all that is shown, can be read on the way "
+          "to " +
+              std::string(listen) +
+              ", expected tls_certificate and tls_key, or 127.0.0.1 "
+              "and an HTTPS proxy before it");
+    }
+  }
+}
+
 TEST_F(ControlTest, MistakesAreToldWithTheirPlace) {
   EXPECT_EQ(ErrorOf("[control]\nsokket = \"a\"\n"),
             "f.toml:30:1: control.sokket: unknown key, expected socket?");

@@ -208,6 +208,14 @@ void ReadWeb(const Value& root, Notes* notes, WebSettings* web) {
   }
   ReadToken(table, notes, web);
   ReadTls(table, notes, web);
+  const bool is_for_others = !web->listen.address.empty() && web->listen.address != "::1" &&
+                             !web->listen.address.starts_with("127.");
+  if (is_for_others && !web->tls && table.Find("listen") != nullptr) {
+    Warn(table, "listen",
+         "the token, and all that is shown, can be read on the way to " + ToText(web->listen) +
+             ", expected tls_certificate and tls_key, or 127.0.0.1 and an HTTPS proxy before it",
+         notes);
+  }
   ReadNames(table, "hosts", "host names without a port, such as [\"lab.local\", \"robots\"]",
             HostName, &web->hosts);
   ReadNames(table, "origins",

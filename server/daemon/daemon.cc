@@ -19,6 +19,7 @@
 #include <boost/asio/strand.hpp>
 
 #include "server/core/engine/service/service.h"
+#include "server/daemon/audit.h"
 #include "server/daemon/captures.h"
 #include "server/daemon/describe.h"
 #include "server/daemon/field_saver.h"
@@ -105,6 +106,7 @@ class Daemon::Impl {
                   .is_kept = !journal_->folder().empty()}),
         edits_({.name = "an edit"}),
         operations_({.name = "an operation"}),
+        audit_(&control_, journal_->folder()),
         front_end_(&control_, config_.Get().control, config_.Get().web) {
     service_.OnPortion([this](std::span<const engine::Outgoing> out) {
       router_.Deliver({out.begin(), out.end()});
@@ -416,6 +418,7 @@ class Daemon::Impl {
   LiveControl control_;
   WorkQueue edits_;
   WorkQueue operations_;  // long requests of signals and operators
+  Audit audit_;
   HttpFrontEnd front_end_;
   std::string trouble_;
   bool told_of_field_time_ = false;

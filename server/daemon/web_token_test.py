@@ -5,10 +5,12 @@
 """
 
 import http.client
+import json
 import os
 import pwd
 import re
 import subprocess
+import urllib.request
 
 import running_daemon
 from running_daemon import CONFIG, DaemonTest, PATIENCE_S, PTY
@@ -65,12 +67,37 @@ class TokenTest(DaemonTest):
         self.assertEqual(made[1], made[0])
         self.assertEqual(token.stat().st_mode & 0o777, 0o600)
 
-    def unlock(self, port, token):
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
+    def unlock(self, port, token, client="127.0.0.1"):
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S,
+                                                source_address=(client, 0))
         connection.request("POST", "/api/v1/unlock", "{}", {"Authorization": "Bearer " + token})
         status = connection.getresponse().status
         connection.close()
         return status
+
+    def get(self, port, target):
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}{target}", timeout=PATIENCE_S) as answer:
+            return answer.read().decode()
+
+    def test_a_wrong_token_shows_in_log_events_metric_and_beside_the_journal_with_its_address(self):
+        self.token(0o600)
+        with self.config.open("a") as config:
+            config.write('listen = "127.0.0.1:0"\n[journal]\nfolder = "state"\n')
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready")
+            port = int(re.search(r"web: http://127.0.0.1:(\d+)/", server.log)[1])
+            self.assertEqual(self.unlock(port, "a-wrong-token-of-somebody", "127.0.0.9"), 401)
+            self.assertEqual(self.unlock(port, "0123456789abcdef", "127.0.0.8"), 200)
+            who, what = "web 127.0.0.9", "unlock: refused, found an invalid token"
+            server.await_log(f"warning: {who}: {what}\n")
+            events = json.loads(self.get(port, "/api/v1/events"))["events"]
+            self.assertEqual([(it["subject"], it["text"], it["on"]) for it in events
+                              if it["topic"] == "operator"], [(who, what, False)])
+            self.assertIn("\npheromone_unauthorized_total 1\n", self.get(port, "/metrics"))
+            self.assertEqual(server.stop(), 0)
+        kept = [json.loads(line) for line in (self.folder / "state/audit.jsonl").read_text().splitlines()]
+        self.assertEqual([(it["who"], it["what"], it["done"]) for it in kept], [(who, what, False)])
+        self.assertNotIn("a-wrong-token", server.log)
 
     def test_without_a_token_the_log_says_how_to_get_one(self):
         self.config.write_text(CONFIG + PTY + '[web]\nlisten = "127.0.0.1:0"\n')

@@ -118,6 +118,11 @@ CheckedCertificate CheckCertificate(const Certificate& certificate) {
     checked.chain_error = "OpenSSL does not start: " + Reason();
     return checked;
   }
+  // TLS 1.2 with forward secrecy and authenticated encryption only; TLS 1.3 has nothing else.
+  if (SSL_CTX_set_cipher_list(context.get(), "ECDHE+AESGCM:ECDHE+CHACHA20") != 1) {
+    checked.chain_error = "OpenSSL does not start: " + Reason();
+    return checked;
+  }
   SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF);  // clients keep tickets
   // A client could otherwise make the server negotiate as often as it likes.
   SSL_CTX_set_options(context.get(), SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION);

@@ -160,6 +160,8 @@ void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exi
   program->add_subcommand("reload", "Make the server reread its configuration")->callback([=] {
     *exit_status = ReloadConfig(*options);
   });
+  program->add_subcommand("ticket", "Make a ticket with which a viewer may make changes")
+      ->callback([=] { *exit_status = MakeTicket(*options); });
   program->add_subcommand("snapshot", "Write a durable snapshot of the server's state")
       ->callback([=] { *exit_status = MakeSnapshot(*options); });
 }

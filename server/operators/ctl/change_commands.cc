@@ -297,6 +297,19 @@ int ReloadConfig(const ServerOptions& options) {
   return 0;
 }
 
+int MakeTicket(const ServerOptions& options) {
+  const JsonReply reply = CallJson(options, "POST", "/api/v1/ticket", "{}");
+  if (reply.exit_status == 0) {
+    fmt::print("{}", options.json
+                         ? reply.text
+                         : fmt::format("?ticket={}\nvalid for {:.0f} h, behind the address "
+                                       "that a viewer opens: ws://HOST:PORT/?ticket=...\n",
+                                       TextAt(reply.value, "ticket"),
+                                       NumberAt(reply.value, "valid_s") / 3600));
+  }
+  return reply.exit_status;
+}
+
 int MakeSnapshot(const ServerOptions& options) {
   const JsonReply reply = CallJson(options, "POST", "/api/v1/snapshot", "{}");
   if (reply.exit_status == 0) {

@@ -52,6 +52,7 @@ struct RobotGoal {
 int GoTo(const ServerOptions& options, const RobotGoal& goal);
 
 int ReloadConfig(const ServerOptions& options);
+int MakeTicket(const ServerOptions& options);
 int MakeSnapshot(const ServerOptions& options);
 
 }  // namespace pheromone::ctl

@@ -215,7 +215,7 @@ void Session::HandOn(const UpgradeHandler& to, Message message) {
   place_ = std::make_shared<PlaceState>();
   Place place(place_);
   to.take({std::move(connection_), std::move(message), traits_.local, std::move(rest),
-           std::move(place)});
+           std::move(place), traits_.client});
 }
 
 asio::awaitable<Response> Session::Ask(std::function<void(Respond)> ask) {

@@ -40,7 +40,8 @@ class TlsClient {
   ~TlsClient() { close(socket_); }
 
   // Returns whether the server has this certificate, which is its own authority, for 127.0.0.1.
-  bool ShakeHands(const Certificate& expected, int version = 0) {
+  // With these `ciphers` of TLS 1.2 alone, if there are any.
+  bool ShakeHands(const Certificate& expected, int version = 0, const char* ciphers = nullptr) {
     const Context context(SSL_CTX_new(TLS_client_method()), SSL_CTX_free);
     BIO* const pem = BIO_new_mem_buf(expected.chain.data(), -1);
     X509* const authority = PEM_read_bio_X509(pem, nullptr, nullptr, nullptr);
@@ -52,6 +53,9 @@ class TlsClient {
       SSL_CTX_set_security_level(context.get(), 0);
       SSL_CTX_set_min_proto_version(context.get(), version);
       SSL_CTX_set_max_proto_version(context.get(), version);
+    }
+    if (ciphers != nullptr) {
+      EXPECT_EQ(SSL_CTX_set_cipher_list(context.get(), ciphers), 1);
     }
     ssl_.reset(SSL_new(context.get()));
     X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(ssl_.get()), "127.0.0.1");
@@ -150,6 +154,18 @@ TEST_F(TlsTest, OlderVersionsAndForeignAuthoritiesAreRefused) {
   Start();
   EXPECT_FALSE(TlsClient(server_->port()).ShakeHands(certificate_, TLS1_1_VERSION));
   EXPECT_FALSE(TlsClient(server_->port()).ShakeHands(pheromone::testing::MakeCertificate()));
+}
+
+// Without forward secrecy, who gets the key later reads all that was said; CBC has had its attacks.
+TEST_F(TlsTest, OfTls12OnlyCiphersWithForwardSecrecyAndAuthenticatedEncryptionAreTaken) {
+  Start();
+  const auto shake = [this](const char* ciphers) {
+    return TlsClient(server_->port()).ShakeHands(certificate_, TLS1_2_VERSION, ciphers);
+  };
+  EXPECT_TRUE(shake("ECDHE-ECDSA-AES128-GCM-SHA256:ECDHE-RSA-AES128-GCM-SHA256"));
+  EXPECT_TRUE(shake("ECDHE-ECDSA-CHACHA20-POLY1305:ECDHE-RSA-CHACHA20-POLY1305"));
+  EXPECT_FALSE(shake("AES128-GCM-SHA256:AES256-GCM-SHA384:AES128-SHA"));
+  EXPECT_FALSE(shake("ECDHE-ECDSA-AES128-SHA:ECDHE-RSA-AES128-SHA:ECDHE-ECDSA-AES128-SHA256"));
 }
 
 TEST_F(TlsTest, AnotherCertificateIsForNewConnectionsAndOldOnesStay) {

@@ -108,6 +108,7 @@ struct Upgrade {
   bool local = false;                                                    ///< over the Unix socket
   std::string rest;  ///< bytes already read after the request
   Place place;
+  std::string client = {};  ///< as in Request
 };
 
 struct UpgradeHandler {

@@ -23,6 +23,7 @@
 #include "server/operators/web/api/queries.h"
 #include "server/operators/web/api/request_parameters.h"
 #include "server/operators/web/api/tags.h"
+#include "server/operators/web/api/ticket.h"
 #include "server/operators/web/host.h"
 
 namespace pheromone::web {
@@ -105,6 +106,7 @@ enum class Where {
   kEvents,       // EventLog does it
   kFiles,        // in that lane
   kCaptureFile,  // in that lane, by SendCapture
+  kTicket,       // a change that the API itself answers, at once
 };
 
 struct Route {
@@ -154,6 +156,7 @@ constexpr auto kRoutes = std::to_array<Route>({
     {"/api/v1/goto", Where::kAtOnce, nullptr, GoTo},
     {kHalt, Where::kAtOnce, nullptr, Halt},
     {kUnlock, Where::kAtOnce, nullptr, Unlock},
+    {"/api/v1/ticket", Where::kTicket},
     {"/api/v1/reload", Where::kAtOnce, nullptr, Reload},
     {"/api/v1/snapshot", Where::kAtOnce, nullptr, Snapshot},
 });
@@ -165,16 +168,6 @@ const Route* FindRoute(std::string_view path) {
   const auto* const found = std::find_if(kRoutes.begin(), kRoutes.end(),
                                          [path](const Route& it) { return it.path == path; });
   return found != kRoutes.end() ? found : nullptr;
-}
-
-// The time does not depend on where a wrong token differs from the right one.
-bool SameSecret(std::string_view found, std::string_view secret) {
-  unsigned difference = found.size() == secret.size() ? 0 : 1;
-  for (size_t i = 0; i < secret.size(); ++i) {
-    const char c = i < found.size() ? found[i] : '\0';
-    difference |= static_cast<unsigned>(static_cast<unsigned char>(c ^ secret[i]));
-  }
-  return difference == 0;
 }
 
 // Empty if the request does not come from another server's web page. Without TLS a proxy may have
@@ -228,6 +221,10 @@ std::optional<Response> CheckAccess(const Request& request, const std::string& t
   return std::nullopt;
 }
 
+bool CanChange(const Route& route) {
+  return route.change != nullptr || route.where == Where::kTicket;
+}
+
 bool CanRead(const Route& route) {
   return route.read != nullptr || route.where == Where::kPictures ||
          route.where == Where::kEvents || route.where == Where::kCaptureFile;
@@ -235,7 +232,8 @@ bool CanRead(const Route& route) {
 
 // The hash of the state may have to read a whole layer.
 bool IsShort(const Route& route, const Target& target) {
-  return (route.where == Where::kAtOnce || route.where == Where::kEvents) &&
+  return (route.where == Where::kAtOnce || route.where == Where::kEvents ||
+          route.where == Where::kTicket) &&
          (route.path != kStatus || target.query.empty());
 }
 
@@ -257,14 +255,39 @@ Response WrongMethod(const Request& request, const std::string& allowed) {
 
 std::string MethodsOf(const Route& route) {
   std::string allowed = CanRead(route) ? "GET, HEAD" : "";
-  if (route.change != nullptr) {
+  if (CanChange(route)) {
     allowed += allowed.empty() ? "POST" : ", POST";
   }
   return allowed;
 }
 
+// "web 192.0.2.7", "control socket uid 1000", "viewer 192.0.2.7".
 std::string SourceOf(const Request& request) {
-  return request.of_viewer ? "viewer" : request.local ? "control socket" : "web";
+  const std::string door = request.of_viewer ? "viewer" : request.local ? "control socket" : "web";
+  return request.client.empty() ? door : door + ' ' + request.client;
+}
+
+uint64_t UnixSeconds() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::seconds>(now).count());
+}
+
+uint64_t SteadyMs() {
+  using std::chrono::milliseconds;
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return static_cast<uint64_t>(std::chrono::duration_cast<milliseconds>(now).count());
+}
+
+// Of an error's body; empty if it is none.
+std::string WhyOf(const Response& response) {
+  boost::system::error_code not_json;
+  const json::value body = json::parse(response.body, not_json);
+  const json::value* const what =
+      not_json || !body.is_object() ? nullptr : body.as_object().if_contains("error");
+  const json::value* const text =
+      what == nullptr || !what->is_object() ? nullptr : what->as_object().if_contains("what");
+  return text != nullptr && text->is_string() ? std::string(text->get_string())
+                                              : "status " + std::to_string(response.status);
 }
 
 bool IsRead(const Request& request) {
@@ -277,7 +300,7 @@ std::vector<Resource> Resources() {
   std::vector<Resource> all;
   all.reserve(std::size(kRoutes));
   for (const Route& route : kRoutes) {
-    all.push_back({route.path, CanRead(route), route.change != nullptr});
+    all.push_back({route.path, CanRead(route), CanChange(route)});
   }
   return all;
 }
@@ -316,17 +339,42 @@ bool Api::IsListed(const Request& request) const {
          options_.origins.end();
 }
 
-std::string Api::WhyReadOnly(const Request& request) const {
+Response Api::Ticket(Parameters* fields) const {
+  fields->AllowOnly({});
+  if (fields->problem()) {
+    return Refuse(400, *fields->problem());
+  }
+  if (options_.token.empty()) {
+    return Refuse(409, {"this server has no token to make tickets with", "web.token_file",
+                        "token_file = \"web-token\" in [web]; the server makes the file"});
+  }
+  return Json(json::object{{"ticket", MakeTicket(options_.token, UnixSeconds())},
+                           {"valid_s", kTicketSeconds}});
+}
+
+std::string Api::WhyReadOnly(const Request& request, const std::string& ticket) const {
+  if (IsTicket(ticket, options_.token, UnixSeconds())) {
+    return {};
+  }
   Request without_origin = request;
   without_origin.origin.clear();
-  if (!CheckAccess(without_origin, options_.token)) {
+  const auto refused = CheckAccess(without_origin, options_.token);
+  if (!refused) {
     return {};
+  }
+  if (!ticket.empty() || !request.authorization.empty()) {  // otherwise it wants to see only
+    TellRefusal(request.target, refused->status,
+                ticket.empty() ? WhyOf(*refused) : "found an invalid ticket, or an old one",
+                SourceOf(request));
   }
   return options_.token.empty()
              ? "this server does not accept changes over the network: with token_file in [web] it "
                "makes a token at its next start"
+         : !ticket.empty()
+             ? "found an invalid ticket, or an old one: this connection is read-only; "
+               "pheromonectl ticket makes another one"
          : request.authorization.empty()
-             ? "changes need the server's token: ws://HOST:PORT/?token=TOKEN"
+             ? "changes need a ticket: ws://HOST:PORT/?ticket=TICKET, made by pheromonectl ticket"
              : "found an invalid token: this connection is read-only";
 }
 
@@ -345,21 +393,28 @@ void Api::ShowDashboard(const std::string& file, Request request, const Respond&
 Respond Api::AndTell(std::string path, json::object body, std::string from, Respond respond) {
   return [this, path = std::move(path), body = std::move(body), from = std::move(from),
           respond = std::move(respond)](Response response) {
+    if (response.status != 200) {
+      TellRefusal(path, response.status, WhyOf(response), from);
+      respond(std::move(response));
+      return;
+    }
     boost::system::error_code not_json;
-    const json::value answer =
-        response.status == 200 ? json::parse(response.body, not_json) : json::value();
+    const json::value answer = json::parse(response.body, not_json);
     if (answer.is_object()) {
-      using std::chrono::milliseconds;
-      const auto now = std::chrono::steady_clock::now().time_since_epoch();
-      const auto done = actions_.Note(
-          path, body, answer.get_object(), from,
-          static_cast<uint64_t>(std::chrono::duration_cast<milliseconds>(now).count()));
-      if (done) {
+      if (const auto done = actions_.Note(path, body, answer.get_object(), from, SteadyMs())) {
         control_->Announce(*done);
       }
     }
     respond(std::move(response));
   };
+}
+
+void Api::TellRefusal(std::string_view path, int status, const std::string& why,
+                      const std::string& from) const {
+  unauthorized_ += status == 401 || status == 403 ? 1 : 0;
+  if (const auto refusal = actions_.NoteRefusal(path, status, why, from, SteadyMs())) {
+    control_->Announce(*refusal);
+  }
 }
 
 void Api::Handle(Request request, const Respond& respond) {
@@ -384,7 +439,7 @@ void Api::Handle(Request request, const Respond& respond) {
     return;
   }
   const bool reads = IsRead(request);
-  if (reads ? !CanRead(*route) : request.method != "POST" || route->change == nullptr) {
+  if (reads ? !CanRead(*route) : request.method != "POST" || !CanChange(*route)) {
     respond(WrongMethod(request, MethodsOf(*route)));
     return;
   }
@@ -392,6 +447,9 @@ void Api::Handle(Request request, const Respond& respond) {
                  : route->where == Where::kAtOnce || IsListed(request) ? std::nullopt
                                                                        : CheckPage(request);
   if (refused) {
+    if (!reads) {
+      TellRefusal(target->path, refused->status, WhyOf(*refused), SourceOf(request));
+    }
     respond(*std::move(refused));
     return;
   }
@@ -399,12 +457,17 @@ void Api::Handle(Request request, const Respond& respond) {
   auto serve = [this, route, reads, target = *target, request = std::move(request), respond] {
     auto input = reads ? ObjectOf(target.query) : ParseBody(request.body);
     if (const Problem* problem = std::get_if<Problem>(&input)) {
+      if (!reads) {
+        TellRefusal(target.path, 400, problem->what, SourceOf(request));
+      }
       respond(Refuse(400, *problem));
       return;
     }
     json::object& object = std::get<json::object>(input);
     Parameters fields(object);
-    if (!reads) {
+    if (route->where == Where::kTicket) {
+      respond(Ticket(&fields));
+    } else if (!reads) {
       route->change(control_, &fields, AndTell(target.path, object, SourceOf(request), respond));
     } else if (route->where == Where::kPictures) {
       pictures_.Show(request.target, std::move(object), respond);
@@ -415,8 +478,9 @@ void Api::Handle(Request request, const Respond& respond) {
           SendCapture(*control_, target.path.substr(kCaptureFile.size()), request, lanes_.files));
     } else {
       Response response = route->read(*control_, &fields);
-      if (route->path == kMetrics && options_.more_metrics) {
-        response.body += options_.more_metrics();
+      if (route->path == kMetrics) {
+        response.body += AccessMetrics(unauthorized_);
+        response.body += options_.more_metrics ? options_.more_metrics() : "";
       }
       respond(std::move(response));
     }

@@ -14,6 +14,7 @@
 //   GET  /api/v1/sense            what a robot would sense at a position
 //   GET  /api/v1/events           what has happened (event_log.h)
 //   GET  /api/v1/captures         and captures/NAME: the recordings (capture_files.h)
+//   POST /api/v1/ticket           for a viewer that makes changes (ticket.h)
 //   POST /api/v1/deposit  erase  paint  undo  redo  command  halt  reload  snapshot  capture
 //                                 (mutations.h)
 //
@@ -29,6 +30,8 @@
 // gives an error response.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -83,15 +86,19 @@ class Api {
   /// them.
   std::optional<Response> CheckStream(const Request& request) const;
 
-  /// Why a connection may not make changes; empty: it may. Its Origin was checked before.
-  std::string WhyReadOnly(const Request& request) const;
+  /// Why a viewer's connection may not make changes; empty: it may, by the request's token or by
+  /// its ticket (ticket.h). Its Origin was checked before.
+  std::string WhyReadOnly(const Request& request, const std::string& ticket) const;
 
  private:
   std::optional<Response> CheckHost(const Request& request) const;
   void ShowDashboard(const std::string& file, Request request, const Respond& respond);
   /// Responds, and tells what has been done, if it has.
+  Response Ticket(Parameters* fields) const;
   bool IsListed(const Request& request) const;  // among the origins that may read
   Respond AndTell(std::string path, boost::json::object body, std::string from, Respond respond);
+  void TellRefusal(std::string_view path, int status, const std::string& why,
+                   const std::string& from) const;
 
   control::Control* const control_;
   const ApiOptions options_;
@@ -99,7 +106,8 @@ class Api {
   const Assets assets_;
   Pictures pictures_;
   EventLog events_;
-  OperatorActions actions_;
+  mutable OperatorActions actions_;
+  mutable std::atomic<uint64_t> unauthorized_{0};
 };
 
 }  // namespace pheromone::web

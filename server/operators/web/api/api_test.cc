@@ -98,7 +98,7 @@ TEST_F(ApiTest, ARecordingIsLookedAtStartedAndStoppedAtOnePath) {
   EXPECT_EQ(testing::AnswerOf(&api_, {.method = "POST", .target = "/api/v1/capture"}).status, 401);
 }
 
-TEST_F(ApiTest, WhatAnOperatorHasDoneIsAnEventAndWhatWasRefusedIsNone) {
+TEST_F(ApiTest, WhatAnOperatorHasDoneAndWhatWasRefusedAreEvents) {
   EXPECT_EQ(
       Post("paint", R"({"pheromone":"trail","points_m":[[2,1],[3,1]],"radius_m":0.1})").status,
       200);
@@ -106,10 +106,36 @@ TEST_F(ApiTest, WhatAnOperatorHasDoneIsAnEventAndWhatWasRefusedIsNone) {
   control_.outcome = Error{"no such robot"};
   EXPECT_EQ(Post("goto", R"({"link":"radio-a","id":7,"cancel":true})").status, 409);
   const json::value events = Parsed(Get("/api/v1/events")).at("events");
-  ASSERT_EQ(events.as_array().size(), 1u);
+  ASSERT_EQ(events.as_array().size(), 2u);  // of refusals so soon after each other, one
   EXPECT_EQ(events.at(0).at("topic"), "operator");
   EXPECT_EQ(events.at(0).at("subject"), "control socket");
   EXPECT_EQ(events.at(0).at("text"), "painted \"trail\" at (2, 1)");
+  EXPECT_EQ(events.at(1).at("subject"), "control socket");
+  EXPECT_EQ(events.at(1).at("text"), "paint: refused, found \"no such\"");
+  EXPECT_EQ(events.at(1).at("on"), true);
+}
+
+TEST_F(ApiTest, AWrongTokenIsAWarningWithItsAddressAndCounted) {
+  const auto unlock = [&](const std::string& authorization, const std::string& client) {
+    return testing::AnswerOf(&api_, {.method = "POST",
+                                     .target = "/api/v1/unlock",
+                                     .authorization = authorization,
+                                     .host = "lab:8377",
+                                     .client = client})
+        .status;
+  };
+  EXPECT_EQ(unlock("Bearer " + std::string(kToken), "192.0.2.7"), 200);
+  EXPECT_EQ(unlock("Bearer not-the-token-1", "192.0.2.8"), 401);
+  EXPECT_EQ(unlock("Bearer not-the-token-2", "192.0.2.8"), 401);
+  EXPECT_EQ(unlock("", "192.0.2.9"), 401);
+  const json::value events = Parsed(Get("/api/v1/events")).at("events");
+  ASSERT_EQ(events.as_array().size(), 2u);
+  EXPECT_EQ(events.at(0).at("subject"), "web 192.0.2.8");
+  EXPECT_EQ(events.at(0).at("text"), "unlock: refused, found an invalid token");
+  EXPECT_EQ(events.at(0).at("on"), false);
+  EXPECT_EQ(events.at(1).at("subject"), "web 192.0.2.9");
+  EXPECT_EQ(events.at(1).at("text"), "unlock: refused, found no token");
+  EXPECT_NE(Get("/metrics").body.find("\npheromone_unauthorized_total 3\n"), std::string::npos);
 }
 
 TEST_F(ApiTest, UnknownPathsAre404AndTargetsThatAreNone400) {

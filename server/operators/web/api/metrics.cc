@@ -339,6 +339,14 @@ std::string StreamMetrics(const StreamCounters& counters, const StreamCounters& 
   return text.Take();
 }
 
+std::string AccessMetrics(uint64_t unauthorized) {
+  Text text;
+  text.Counter("unauthorized_total",
+               "Changes refused for want of the token, or since another web page asked for them.",
+               unauthorized);
+  return text.Take();
+}
+
 std::string TlsMetrics(const TlsCounters& counters) {
   Text text;
   text.Gauge("tls_connections", "Connections with TLS, also those that are not established yet.",

@@ -8,6 +8,7 @@
 // Names end in their unit; counters in _total. Values are as of one moment of each view.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "server/operators/control/control.h"
@@ -19,6 +20,9 @@ namespace pheromone::web {
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 
 std::string Metrics(const control::Control& control);
+
+/// Those of access to the API.
+std::string AccessMetrics(uint64_t unauthorized);
 
 /// Those of the stream for viewers, and of replays.
 std::string StreamMetrics(const StreamCounters& counters, const StreamCounters& replays);

@@ -111,7 +111,43 @@ Words WordsOf(std::string_view name, const json::object& body, const json::objec
   return {std::string(name), PlaceOf(body)};
 }
 
+std::string_view RequestOf(std::string_view path) {
+  return path.starts_with(kApi) ? path.substr(kApi.size()) : path;
+}
+
 }  // namespace
+
+std::optional<control::Notice> OperatorActions::NoteRefusal(std::string_view path, int status,
+                                                            const std::string& why,
+                                                            const std::string& from,
+                                                            uint64_t now_ms) {
+  const bool is_denied = status == 401 || status == 403;
+  std::string text =
+      std::string(RequestOf(path)) + (status < 500 ? ": refused, " : ": failed, ") + why;
+  const std::lock_guard lock(mutex_);
+  std::erase_if(refused_, [&](const auto& it) {
+    return it.second.untold == 0 && now_ms - it.second.told_ms >= kRefusalMs;
+  });
+  if (refused_.size() >= kMaxClients && !refused_.contains(from)) {
+    refused_.erase(refused_.begin());
+  }
+  Refused& its = refused_[from];
+  if (now_ms - refusals_since_ms_ >= kRefusalMs) {
+    refusals_since_ms_ = now_ms;
+    refusals_told_ = 0;
+  }
+  const bool is_recent = its.told_ms != 0 && now_ms - its.told_ms < kRefusalMs;
+  if (is_recent || refusals_told_ == kMaxRefusals) {
+    ++its.untold;
+    return std::nullopt;
+  }
+  ++refusals_told_;
+  if (its.untold != 0) {
+    text += "; " + std::to_string(its.untold) + " more before";
+  }
+  its = {now_ms, 0};
+  return control::Notice{control::Notice::Topic::kOperator, !is_denied, from, std::move(text)};
+}
 
 std::optional<control::Notice> OperatorActions::Note(std::string_view path,
                                                      const json::object& body,

@@ -1,15 +1,18 @@
-// What operators did, in words, for the events of a server: "painted "trail" at (3, 6)".
+// What operators did, and what was refused to whom, in words, for the events of a server: "painted
+// "trail" at (3, 6)", "paint: refused, found an invalid token".
 //
 //   OperatorActions actions;
 //   if (auto notice = actions.Note("/api/v1/halt", body, answer, from, now_ms)) {
 //     control->Announce(*notice);
 //   }
 //
-// A stroke of a brush comes as many requests: only the first one is told. Recordings and other
-// configurations are told by the server itself. Thread-safe.
+// A stroke of a brush comes as many requests: only the first one is told. Of refusals, each
+// client's first one is told, and further ones are counted for a while: who tries many tokens fills
+// no log. Recordings and other configurations are told by the server itself. Thread-safe.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -32,8 +35,33 @@ class OperatorActions {
                                       const boost::json::object& answer, std::string from,
                                       uint64_t now_ms);
 
+  /// Of each client, one refusal in so long is told.
+  static constexpr uint64_t kRefusalMs = 10'000;
+  static constexpr size_t kMaxClients = 256;
+  static constexpr int kMaxRefusals = 32;  ///< told in that time, of all clients
+
+  /// A request to `path` was answered with `status`, for this reason. A notice that is off: for
+  /// want of a token or of a permitted origin.
+  std::optional<control::Notice> NoteRefusal(std::string_view path, int status,
+                                             const std::string& why, const std::string& from,
+                                             uint64_t now_ms);
+
+  /// Of whom a refusal is remembered.
+  size_t clients() const {
+    const std::lock_guard lock(mutex_);
+    return refused_.size();
+  }
+
  private:
-  std::mutex mutex_;
+  struct Refused {
+    uint64_t told_ms = 0;
+    uint64_t untold = 0;
+  };
+
+  mutable std::mutex mutex_;
+  std::map<std::string, Refused> refused_;  // by client
+  uint64_t refusals_since_ms_ = 0;
+  int refusals_told_ = 0;
   std::string last_;
   uint64_t last_ms_ = 0;
 };

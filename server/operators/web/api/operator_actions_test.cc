@@ -82,5 +82,33 @@ TEST(OperatorActions, TellOneStrokeOnce) {
   EXPECT_EQ(Text(&actions, "/api/v1/erase", on, 6003), "erased \"trail\" at (2, 2)");
 }
 
+TEST(OperatorActions, TellAFirstRefusalOfEachClientAndCountTheOthersForAWhile) {
+  OperatorActions actions;
+  const auto refuse = [&](const std::string& from, uint64_t now_ms, int status = 401) {
+    const auto notice = actions.NoteRefusal("/api/v1/halt", status, "found no token", from, now_ms);
+    EXPECT_TRUE(!notice || notice->is_on == (status != 401 && status != 403));
+    return notice ? notice->subject + ": " + notice->text : "";
+  };
+  EXPECT_EQ(refuse("a", 5), "a: halt: refused, found no token");
+  EXPECT_EQ(refuse("a", 6), "");
+  EXPECT_EQ(refuse("b", 7), "b: halt: refused, found no token");
+  EXPECT_EQ(refuse("a", 10'004), "");
+  EXPECT_EQ(refuse("a", 10'005), "a: halt: refused, found no token; 2 more before");
+  EXPECT_EQ(refuse("a", 20'005), "a: halt: refused, found no token");
+  EXPECT_EQ(refuse("b", 20'006, 409), "b: halt: refused, found no token");
+  EXPECT_EQ(refuse("b", 40'006, 503), "b: halt: failed, found no token");
+}
+
+// However many addresses there are, and all at once.
+TEST(OperatorActions, TellOfABoundedNumberOfClients) {
+  OperatorActions actions;
+  int told = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    told += actions.NoteRefusal("/api/v1/halt", 401, "no", std::to_string(i), 1) ? 1 : 0;
+  }
+  EXPECT_EQ(told, OperatorActions::kMaxRefusals);
+  EXPECT_LE(actions.clients(), OperatorActions::kMaxClients);
+}
+
 }  // namespace
 }  // namespace pheromone::web

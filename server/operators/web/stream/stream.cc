@@ -53,10 +53,10 @@ StreamTime Now() {
   return {SteadyTime<std::chrono::milliseconds>(), UnixNs()};
 }
 
-std::string TokenIn(std::string_view target) {
+std::string TicketIn(std::string_view target) {
   if (const auto parsed = ParseTarget(target)) {
     for (const auto& [name, value] : parsed->query) {
-      if (name == "token") {
+      if (name == "ticket") {
         return value;
       }
     }
@@ -122,29 +122,34 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
   // On the server's threads.
   void Take(Upgrade upgrade) {
     const auto& message = upgrade.message;
-    const std::string token = TokenIn(HeaderText(message.target()));
+    const std::string ticket = TicketIn(HeaderText(message.target()));
     const std::string header(HeaderText(message[boost::beast::http::field::authorization]));
-    const std::string refusal =
-        api_.WhyReadOnly({.method = "POST",
-                          .target = {},
-                          .local = upgrade.local,
-                          .authorization = token.empty() ? header : "Bearer " + token});
-    const std::string warning = token.empty() && header.empty() ? "" : refusal;
+    const std::string refusal = api_.WhyReadOnly({.method = "POST",
+                                                  .target = "viewer",
+                                                  .local = upgrade.local,
+                                                  .of_viewer = true,
+                                                  .authorization = header,
+                                                  .client = upgrade.client},
+                                                 ticket);
+    const std::string warning = ticket.empty() && header.empty() ? "" : refusal;
+    const std::string client = upgrade.client;
     entrance_.Take(std::move(upgrade), weak_from_this(),
-                   [this, refusal, warning](Entrance::Guest guest) {
-                     Welcome(std::move(guest), refusal, warning);
+                   [this, refusal, warning, client](Entrance::Guest guest) {
+                     Welcome(std::move(guest), refusal, warning, client);
                    });
   }
 
-  void Welcome(Entrance::Guest guest, const std::string& refusal, const std::string& warning) {
+  void Welcome(Entrance::Guest guest, const std::string& refusal, const std::string& warning,
+               const std::string& client) {
     const auto viewer = std::make_shared<Viewer>(
         std::move(guest.connection), std::move(guest.place),
-        Viewer::Parts{.hub = &hub_,
-                      .counters = &counters,
-                      .change = [this](const StreamChange& change,
-                                       const Respond& respond) { Change(change, respond); },
-                      .leave = [this](const std::shared_ptr<Viewer>& it) { Leave(it); },
-                      .write_patience = options_.write_patience},
+        Viewer::Parts{
+            .hub = &hub_,
+            .counters = &counters,
+            .change = [this, client](const StreamChange& change,
+                                     const Respond& respond) { Change(change, client, respond); },
+            .leave = [this](const std::shared_ptr<Viewer>& it) { Leave(it); },
+            .write_patience = options_.write_patience},
         refusal, warning, Now().steady_ms);
     viewers_.push_back(viewer);
     viewer->CloseWithServer();
@@ -245,12 +250,13 @@ class Stream::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   // A request to the API; `respond` is called on this thread.
-  void Change(const StreamChange& change, const Respond& respond) {
+  void Change(const StreamChange& change, const std::string& client, const Respond& respond) {
     Request request{.method = "POST",
                     .target = change.target,
                     .local = true,
                     .of_viewer = true,
-                    .body = change.body};
+                    .body = change.body,
+                    .client = client};
     auto answer = [weak = weak_from_this(), respond](Response response) {
       if (const auto self = weak.lock()) {
         asio::post(self->io_, [respond, response = std::move(response)] { respond(response); });

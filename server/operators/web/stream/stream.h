@@ -13,8 +13,8 @@
 // thread of low priority. Changes are requests to the API, made in that lane too.
 //
 // Access: as for GET (Api::CheckStream); Origins of other pages only if they are listed. Changes
-// over TCP need the token: in the header Authorization, or as token=... in the URL, since browsers
-// cannot send the header. Without it, every change is refused.
+// over TCP need the token in the header Authorization, or, since browsers cannot send the header, a
+// ticket in the URL (api/ticket.h). Without either, every change is refused.
 #pragma once
 
 #include <chrono>

@@ -20,6 +20,7 @@
 #include <boost/json/parse.hpp>
 
 #include "server/formats/foxglove/testing/tiles_viewer.h"
+#include "server/operators/web/api/ticket.h"
 #include "server/operators/web/stream/conversation.h"
 #include "server/operators/web/stream/testing/client.h"
 #include "server/operators/web/stream/viewer.h"
@@ -140,15 +141,24 @@ TEST_F(StreamTest, ChangesOnlyWithTheToken) {
       "\x02\x03\0\0\0\x09\0\0\0\x04\0\0\0json"s + R"({"pheromone": "trail", "all": true})";
   const auto reader = Connect();
   reader->SendBinary(call);
-  EXPECT_NE(reader->Await("serviceCallFailure").at("message").as_string().find("token"),
+  EXPECT_NE(reader->Await("serviceCallFailure").at("message").as_string().find("ticket"),
             std::string::npos);
-  const auto wrong = Connect({.target = "/?token=0123456789abcdeX"});
-  EXPECT_EQ(wrong->Await("status").at("message"),
-            "found an invalid token: this connection is read-only");
+  // The token itself does not belong into an address.
+  for (const std::string& target :
+       {"/?ticket=1700043200-0123456789abcdef0123456789abcdef"s, "/?ticket="s + kToken}) {
+    const auto wrong = Connect({.target = target});
+    EXPECT_EQ(wrong->Await("status").at("message"),
+              "found an invalid ticket, or an old one: this connection is read-only; pheromonectl "
+              "ticket makes another one");
+  }
+  const auto wrong = Connect({.target = "/?token="s + kToken});
   wrong->SendBinary(call);
   wrong->Await("serviceCallFailure");
   With([this] { EXPECT_TRUE(control_.edits.empty()); });
-  const auto right = Connect({.target = "/?token="s + kToken});
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const std::string ticket = MakeTicket(
+      kToken, static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::seconds>(now).count()));
+  const auto right = Connect({.target = "/?ticket=" + ticket});
   right->SendBinary(call);
   EXPECT_NE(right->AwaitBinary(3).find("\"done\":true"), std::string::npos);
   With([this] { EXPECT_EQ(control_.edits.size(), 1u); });
@@ -156,7 +166,7 @@ TEST_F(StreamTest, ChangesOnlyWithTheToken) {
 
 TEST_F(StreamTest, AcceptsNoChangesOverTheNetworkWithoutATokenOfItsOwn) {
   Start({}, "");
-  const auto client = Connect({.target = "/?token="});
+  const auto client = Connect({.target = "/?ticket="});
   client->SendBinary("\x02\x07\0\0\0\x09\0\0\0\x04\0\0\0json{}"s);
   client->Await("serviceCallFailure");
   const auto local = Connect({.local = true});
