@@ -11,8 +11,6 @@
 #include <cstdio>
 #include <utility>
 
-#include <boost/json/object.hpp>
-
 #include "server/base/descriptor.h"
 #include "server/operators/control/json_text.h"
 
@@ -26,13 +24,6 @@ std::string UtcNow() {
   const auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
   const auto second = std::chrono::floor<std::chrono::seconds>(now);
   return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(second), (now - second).count());
-}
-
-std::string LineOf(const std::string& who, const std::string& what, bool is_done) {
-  return web::ToText(boost::json::object{{"time", UtcNow()},
-                                         {"who", web::WellFormed(who)},
-                                         {"what", web::WellFormed(what)},
-                                         {"done", is_done}});
 }
 
 }  // namespace
@@ -56,7 +47,9 @@ void Audit::Take() {
   const control::Subscription::Taken taken = subscription_->Take();
   std::string lines;
   if (taken.dropped != 0) {
-    lines += LineOf("audit", fmt::format("{} notices were lost", taken.dropped), false);
+    lines += web::AuditLine({control::Notice::Topic::kOperator, false, "audit",
+                             fmt::format("{} notices were lost", taken.dropped)},
+                            UtcNow());
   }
   for (const control::Notice& notice : taken.notices) {
     if (notice.topic != control::Notice::Topic::kOperator) {
@@ -64,7 +57,7 @@ void Audit::Take() {
     }
     spdlog::log(notice.is_on ? spdlog::level::info : spdlog::level::warn, "{}: {}", notice.subject,
                 notice.text);
-    lines += LineOf(notice.subject, notice.text, notice.is_on);
+    lines += web::AuditLine(notice, UtcNow());
   }
   if (!folder_.empty() && !lines.empty()) {
     Keep(lines);

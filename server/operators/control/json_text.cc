@@ -130,4 +130,11 @@ std::string ToText(const json::value& value) {
   return text;
 }
 
+std::string AuditLine(const control::Notice& notice, const std::string& time) {
+  return ToText(boost::json::object{{"time", time},
+                                    {"who", WellFormed(notice.subject)},
+                                    {"what", WellFormed(notice.text)},
+                                    {"done", notice.is_on}});
+}
+
 }  // namespace pheromone::web
