@@ -16,13 +16,13 @@
 
 #include "server/base/holders.h"
 #include "server/operators/web/server.h"
-#include "server/operators/web/testing/client.h"
 #include "server/operators/web/testing/listening_server.h"
+#include "server/operators/web/testing/raw_client.h"
 
 namespace pheromone::web {
 namespace {
 
-using testing::Client;
+using testing::RawClient;
 
 class ListeningTest : public testing::ListeningServer {
  protected:
@@ -49,7 +49,7 @@ TEST_F(ListeningTest, TheSocketOfADeadServerIsReplacedAndThatOfALivingOneIsNot) 
   const Status refused = second.ListenOnSocket();
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error(), options_.socket_path + ": in use by " + DescribeProcess(getpid()));
-  const Client client(options_.socket_path);
+  const RawClient client(options_.socket_path);
   client.Send(kGet);
   EXPECT_TRUE(client.ReadAll().ends_with("local"));
 }
@@ -87,7 +87,7 @@ TEST_F(ListeningTest, ASocketWhoseFileIsRemovedOrReplacedComesBackAndThatIsTold)
   std::filesystem::remove(path);
   EXPECT_EQ(told.Next(), lost);
   EXPECT_EQ(told.Next(), name + ": listening again");
-  const Client client(path);
+  const RawClient client(path);
   client.Send(kGet);
   EXPECT_TRUE(client.ReadAll().ends_with("local"));
 
@@ -98,7 +98,7 @@ TEST_F(ListeningTest, ASocketWhoseFileIsRemovedOrReplacedComesBackAndThatIsTold)
   EXPECT_EQ(told.Next(), name + ": already exists and is not a socket; trying again");
   std::filesystem::remove(path);
   EXPECT_EQ(told.Next(), name + ": listening again");  // and nothing in between, however many tries
-  const Client again(path);
+  const RawClient again(path);
   again.Send(kGet);
   EXPECT_TRUE(again.ReadAll().ends_with("local"));
   Stop();  // while `told` is there
@@ -130,7 +130,7 @@ TEST_F(ListeningTest, APortThatFailsComesBackWithTheSameNumberAndThatIsTold) {
   EXPECT_EQ(told.Next(), name + ": lost, nobody can connect; trying to listen again");
   EXPECT_EQ(told.Next(), name + ": listening again");
   EXPECT_EQ(server_->port(), port);
-  const Client client(port);
+  const RawClient client(port);
   client.Send(kGet);
   EXPECT_TRUE(client.ReadAll().ends_with("remote"));
   Stop();

@@ -20,13 +20,13 @@
 #include <utility>
 #include <vector>
 
-#include "server/operators/web/testing/client.h"
 #include "server/operators/web/testing/listening_server.h"
+#include "server/operators/web/testing/raw_client.h"
 
 namespace pheromone::web {
 namespace {
 
-using testing::Client;
+using testing::RawClient;
 
 class ServerTest : public testing::ListeningServer {
  protected:
@@ -70,7 +70,7 @@ class ServerTest : public testing::ListeningServer {
   }
 
   std::string Once(const std::string& request) {
-    const Client client(server_->port());
+    const RawClient client(server_->port());
     client.Send(request);
     return client.ReadAll();
   }
@@ -90,7 +90,7 @@ constexpr char kGetA[] = "GET /a HTTP/1.1\r\nHost: x\r\n\r\n";
 
 TEST_F(ServerTest, OneConnectionServesRequestAfterRequestAlsoSentAtOnce) {
   Start();
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send(
       "GET /a HTTP/1.1\r\nHost: x\r\n\r\nPOST /b HTTP/1.1\r\nHost: x\r\n"
       "Content-Length: 3\r\n\r\nxyz");
@@ -105,7 +105,7 @@ TEST_F(ServerTest, OneConnectionServesRequestAfterRequestAlsoSentAtOnce) {
 
 TEST_F(ServerTest, TheUnixSocketIsLocalAndForItsUserAndGroupAlone) {
   Start();
-  const Client client(options_.socket_path);
+  const RawClient client(options_.socket_path);
   client.Send("GET / HTTP/1.0\r\n\r\n");
   EXPECT_TRUE(client.ReadAll().ends_with("GET / local ."));
   struct stat found {};
@@ -125,8 +125,8 @@ TEST_F(ServerTest, ManyClientsAtOnceGetTheirOwnAnswers) {
   for (int i = 0; i < kClients; ++i) {
     clients.emplace_back([&, i] {
       const bool local = i % 2 == 0;
-      const auto client = local ? std::make_unique<Client>(options_.socket_path)
-                                : std::make_unique<Client>(server_->port());
+      const auto client = local ? std::make_unique<RawClient>(options_.socket_path)
+                                : std::make_unique<RawClient>(server_->port());
       for (int n = 0; n < kRequests; ++n) {
         const std::string target = "/" + std::to_string(i) + "/" + std::to_string(n);
         client->Send("GET " + target + " HTTP/1.1\r\nHost: x\r\n\r\n");
@@ -159,7 +159,7 @@ TEST_F(ServerTest, WhoeverBreaksTheRulesIsToldAndHungUpOn) {
 
 TEST_F(ServerTest, ABodyOfTheGreatestSizeIsTakenAndWaitedFor) {
   Start();
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send(
       "POST / HTTP/1.1\r\nContent-Length: 1048576\r\nExpect: 100-continue\r\n"
       "Connection: close\r\n\r\n");
@@ -181,7 +181,7 @@ TEST_F(ServerTest, WhoeverIsSlowIsHungUpOn) {
 TEST_F(ServerTest, AnAnswerThatComesLaterFromAnotherThreadIsSentInTheOrderOfTheRequests) {
   is_held_ = [](const Request& request) { return request.target == "/held"; };
   Start();
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send("GET /held HTTP/1.1\r\n\r\nGET /b HTTP/1.1\r\nConnection: close\r\n\r\n");
   AwaitHeld(1);
   EXPECT_EQ(handled_, 1);  // the second waits for the first
@@ -195,7 +195,7 @@ TEST_F(ServerTest, ARequestWhoseAnswerDoesNotComeIs504AndTheNextOneIsServed) {
   options_.patience = std::chrono::milliseconds(50);
   is_held_ = [](const Request& request) { return request.target == "/held"; };
   Start();
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send("GET /held HTTP/1.1\r\n\r\nGET /b HTTP/1.1\r\nConnection: close\r\n\r\n");
   const std::string all = client.ReadAll();
   EXPECT_EQ(StatusOf(all), "504");
@@ -207,7 +207,7 @@ TEST_F(ServerTest, ARequestThatIsDroppedIs503AtOnce) {
   options_.patience = std::chrono::minutes(1);
   is_held_ = [](const Request&) { return true; };
   Start();
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send("GET /a HTTP/1.1\r\nConnection: close\r\n\r\n");
   AwaitHeld(1);
   {
@@ -221,7 +221,7 @@ TEST_F(ServerTest, AnAnswerMayOutliveTheServer) {
   options_.patience = std::chrono::milliseconds(20);
   is_held_ = [](const Request&) { return true; };
   Start();
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send(kGetA);
   AwaitHeld(1);
   Stop();
@@ -232,7 +232,7 @@ TEST_F(ServerTest, AnAnswerMayOutliveTheServer) {
 TEST_F(ServerTest, WhatWasHandedOverWhenTheServerStopsIsAnswered) {
   is_held_ = [](const Request&) { return true; };
   Start();
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send(kGetA);
   AwaitHeld(1);
   server_->Stop();
@@ -246,16 +246,16 @@ TEST_F(ServerTest, TheConnectionThatWasIdleForLongestGivesWayToANewOne) {
   // Of two threads one may be late to note that its connection waits, although its client has the
   // answer.
   Start(1);
-  const auto serve = [](const Client& client) {
+  const auto serve = [](const RawClient& client) {
     client.Send(kGetA);
     EXPECT_TRUE(client.ReadUntil("remote .").ends_with("GET /a remote ."));
   };
-  const Client first(server_->port());
+  const RawClient first(server_->port());
   serve(first);
-  const Client second(server_->port());
+  const RawClient second(server_->port());
   serve(second);
   serve(first);  // now the second is the idlest
-  const Client third(server_->port());
+  const RawClient third(server_->port());
   serve(third);
   EXPECT_EQ(second.ReadAll(), "");
   serve(first);
@@ -266,9 +266,9 @@ TEST_F(ServerTest, TheConnectionThatWasIdleForLongestGivesWayToANewOne) {
 TEST_F(ServerTest, AnIncompleteRequestGivesWayLikeAnIdleConnection) {
   options_.max_connections = 2;
   Start(1);
-  std::vector<std::unique_ptr<Client>> halfway;
+  std::vector<std::unique_ptr<RawClient>> halfway;
   for (int i = 0; i < 4; ++i) {
-    halfway.push_back(std::make_unique<Client>(server_->port()));
+    halfway.push_back(std::make_unique<RawClient>(server_->port()));
     halfway.back()->Send(
         "POST /a HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Length: 9\r\n\r\n");
     EXPECT_TRUE(halfway.back()->ReadUntil("\r\n\r\n").starts_with("HTTP/1.1 100"));
@@ -284,10 +284,10 @@ TEST_F(ServerTest, SocketAndPortDoNotFillEachOther) {
   options_.max_connections = 1;
   is_held_ = [](const Request& request) { return request.target == "/held"; };
   Start();
-  const Client remote(server_->port());
+  const RawClient remote(server_->port());
   remote.Send("GET /held HTTP/1.1\r\n\r\n");
   AwaitHeld(1);
-  const Client local(options_.socket_path);
+  const RawClient local(options_.socket_path);
   local.Send(kGetA);
   EXPECT_TRUE(local.ReadUntil("local .").ends_with("GET /a local ."));
   AnswerHeld();
@@ -299,17 +299,17 @@ TEST_F(ServerTest, WhereAllAreBusyNewOnesAreToldSoButForWhatIsUrgent) {
   options_.is_urgent = [](const Request& request) { return request.target == "/urgent"; };
   is_held_ = [](const Request& request) { return request.target == "/held"; };
   Start();
-  const Client first(server_->port());
-  const Client second(server_->port());
+  const RawClient first(server_->port());
+  const RawClient second(server_->port());
   first.Send("GET /held HTTP/1.1\r\n\r\n");
   second.Send("GET /held HTTP/1.1\r\n\r\n");
   AwaitHeld(2);
   EXPECT_EQ(StatusOf(Once(kGetA)), "503");
   EXPECT_TRUE(Once("GET /urgent HTTP/1.1\r\n\r\n").ends_with("GET /urgent remote ."));
   // Those that only wait beyond the limit do not fill it either.
-  std::vector<std::unique_ptr<Client>> idle;
+  std::vector<std::unique_ptr<RawClient>> idle;
   for (int i = 0; i < 20; ++i) {
-    idle.push_back(std::make_unique<Client>(server_->port()));
+    idle.push_back(std::make_unique<RawClient>(server_->port()));
   }
   EXPECT_TRUE(Once("GET /urgent HTTP/1.1\r\n\r\n").ends_with("GET /urgent remote ."));
   AnswerHeld();
@@ -322,15 +322,15 @@ TEST_F(ServerTest, ClientsThatKeepAnAnsweredConnectionOpenDoNotFillThePlaceOfThe
   options_.is_urgent = [](const Request& request) { return request.target == "/urgent"; };
   is_held_ = [](const Request& request) { return request.target == "/held"; };
   Start();
-  std::vector<std::unique_ptr<Client>> busy;
-  std::vector<std::unique_ptr<Client>> refused;
+  std::vector<std::unique_ptr<RawClient>> busy;
+  std::vector<std::unique_ptr<RawClient>> refused;
   for (int i = 0; i < 2; ++i) {
-    busy.push_back(std::make_unique<Client>(server_->port()));
+    busy.push_back(std::make_unique<RawClient>(server_->port()));
     busy.back()->Send("GET /held HTTP/1.1\r\nConnection: close\r\n\r\n");
   }
   AwaitHeld(2);
   for (int i = 0; i < 2; ++i) {
-    refused.push_back(std::make_unique<Client>(server_->port()));
+    refused.push_back(std::make_unique<RawClient>(server_->port()));
     refused.back()->Send(kGetA);
     EXPECT_EQ(StatusOf(refused.back()->ReadAll()), "503");
   }
@@ -354,8 +354,8 @@ double CpuSeconds() {
 
 TEST_F(ServerTest, WithoutDescriptorsItWaitsInsteadOfAskingAgainAndAgain) {
   Start();
-  const Client from_network(Client::Family{AF_INET});
-  const Client local(Client::Family{AF_UNIX});
+  const RawClient from_network(RawClient::Family{AF_INET});
+  const RawClient local(RawClient::Family{AF_UNIX});
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
   const rlimit no_more{3, before.rlim_max};  // what is open stays open
@@ -367,7 +367,7 @@ TEST_F(ServerTest, WithoutDescriptorsItWaitsInsteadOfAskingAgainAndAgain) {
   const double spent_s = CpuSeconds() - begin_s;
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
   EXPECT_LT(spent_s, 0.2);  // of one second; asking all the time takes all of it
-  for (const Client* client : {&from_network, &local}) {
+  for (const RawClient* client : {&from_network, &local}) {
     client->Send("GET /late HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
     EXPECT_NE(client->ReadAll().find("GET /late"), std::string::npos);
   }
@@ -421,7 +421,7 @@ Server::Handle LongAnswer(uint64_t end) {
 TEST_F(ServerTest, AContentIsSentInPortionsAndThenTheNextRequestIsServed) {
   Make(LongAnswer(1'000'000));
   Listen(2);
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send("HEAD /long HTTP/1.1\r\nHost: x\r\n\r\nGET /long HTTP/1.1\r\nHost: x\r\n\r\n");
   const std::string head = client.ReadUntil("\r\n\r\n");
   EXPECT_NE(head.find("Content-Length: 300000\r\n"), std::string::npos) << head;
@@ -435,7 +435,7 @@ TEST_F(ServerTest, AContentIsSentInPortionsAndThenTheNextRequestIsServed) {
 TEST_F(ServerTest, AContentThatIsShorterThanAnnouncedEndsTheConnection) {
   Make(LongAnswer(200'000));
   Listen(2);
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send("GET /long HTTP/1.1\r\nHost: x\r\n\r\nGET /short HTTP/1.1\r\nHost: x\r\n\r\n");
   client.ReadUntil("\r\n\r\n");
   EXPECT_EQ(client.ReadAll(), Places::Between(7, 200'000));
@@ -462,7 +462,7 @@ TEST_F(ServerTest, WhoeverDoesNotReadAContentIsHungUpOn) {
     respond(std::move(answer));
   });
   Listen(1);
-  const Client client(server_->port());
+  const RawClient client(server_->port());
   client.Send(kGetA);
   gone.wait(false);
 }
@@ -475,16 +475,16 @@ TEST_F(ServerTest, OneClientGetsOnlySoManyLongAnswersAtATime) {
   });
   Listen(1);
   constexpr char kGetLong[] = "GET /long HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
-  std::vector<std::unique_ptr<Client>> slow;
+  std::vector<std::unique_ptr<RawClient>> slow;
   for (int i = 0; i < 2; ++i) {
-    slow.push_back(std::make_unique<Client>(server_->port()));
+    slow.push_back(std::make_unique<RawClient>(server_->port()));
     slow.back()->Send(kGetLong);
     EXPECT_TRUE(slow.back()->ReadUntil("\r\n\r\n").starts_with("HTTP/1.1 200"));
   }
   EXPECT_EQ(StatusOf(Once(kGetLong)), "503");
   // Others, and what is short, have their turn between the portions.
   EXPECT_TRUE(Once("GET /short HTTP/1.0\r\n\r\n").ends_with("aaaaa"));
-  const Client local(options_.socket_path);
+  const RawClient local(options_.socket_path);
   local.Send(kGetLong);
   EXPECT_TRUE(local.ReadUntil("\r\n\r\n").starts_with("HTTP/1.1 200"));
   EXPECT_EQ(slow[0]->ReadAll().size(), size_t{16} << 20);
@@ -508,10 +508,10 @@ TEST_F(ServerTest, AHeaderThatDecidesAboutAccessMayComeOnlyOnce) {
 
 TEST_F(ServerTest, StopEndsConversationsThatAreUnderWay) {
   Start();
-  const Client idle(server_->port());
-  const Client halfway(options_.socket_path);
+  const RawClient idle(server_->port());
+  const RawClient halfway(options_.socket_path);
   halfway.Send("POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\nabc");
-  const Client served(server_->port());
+  const RawClient served(server_->port());
   served.Send("GET /a HTTP/1.1\r\nHost: x\r\n\r\n");
   EXPECT_TRUE(served.ReadUntil("/a remote .").ends_with("."));
   Stop();

@@ -55,6 +55,25 @@ std::optional<Problem> ProblemOf(const Message& message) {
   return std::nullopt;
 }
 
+std::optional<Response> CheckHandshake(const Message& message) {
+  if (HeaderOf(message, http::field::sec_websocket_version) != "13") {
+    Response refused = Refuse(
+        426, {"found no version of WebSocket, or another one", "Sec-WebSocket-Version", "13"});
+    refused.headers.emplace_back("Sec-WebSocket-Version", "13");
+    return refused;
+  }
+  const std::string key = HeaderOf(message, http::field::sec_websocket_key);
+  const auto is_base64 = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' ||
+           c == '/';
+  };
+  const bool is_key =
+      key.size() == 24 && key.ends_with("==") && std::all_of(key.begin(), key.end() - 2, is_base64);
+  return is_key ? std::nullopt
+                : std::optional(Refuse(400, {"found " + (key.empty() ? "none" : key.substr(0, 40)),
+                                             "Sec-WebSocket-Key", "16 bytes in base64"}));
+}
+
 Request ToRequest(const Message& message, const SessionTraits& traits) {
   const auto method = message.method_string();
   const auto target = message.target();
@@ -150,7 +169,11 @@ asio::awaitable<bool> Session::ServeOne() {
   }
   Request request = ToRequest(message, traits_);
   const UpgradeHandler* const upgrade = FindUpgrade(message);
-  std::optional<Response> refused = upgrade != nullptr ? upgrade->check(request) : std::nullopt;
+  std::optional<Response> refused;
+  if (upgrade != nullptr) {
+    refused = upgrade->check(request);
+    refused = refused ? std::move(refused) : CheckHandshake(message);
+  }
   if (upgrade != nullptr && !refused) {
     HandOn(*upgrade, parser.release());
     co_return false;

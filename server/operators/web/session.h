@@ -44,6 +44,9 @@ using Answer = boost::beast::http::response<boost::beast::http::string_body>;
 /// repeated.
 std::optional<Problem> ProblemOf(const Message& message);
 
+/// Of RFC 6455, section 4.2.1, what does not depend on the path.
+std::optional<Response> CheckHandshake(const Message& message);
+
 /// Ready to be written. Of the answer to HEAD, the header alone is written.
 Answer ToAnswer(Response response, unsigned version, bool keep_alive);
 

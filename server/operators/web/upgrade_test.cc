@@ -230,6 +230,27 @@ class Keeper {
   std::vector<Upgrade> taken_;
 };
 
+// Whatever is wrong with a handshake, HTTP says so.
+TEST_F(UpgradeTest, AHandshakeThatIsNoneIsRefusedWithItsReason) {
+  Start([](const Upgrade& /*upgrade*/) { ADD_FAILURE() << "nobody may be handed on"; });
+  const std::string begin =
+      "GET /echo HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n";
+  const std::string end = "\r\nGET /end HTTP/1.1\r\nConnection: close\r\n\r\n";
+  const std::string version = "Sec-WebSocket-Version: 13\r\n";
+  const std::string key = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+  for (const auto& [headers, status] :
+       {std::pair(key, "426"), std::pair(key + "Sec-WebSocket-Version: 12\r\n", "426"),
+        std::pair(version, "400"),
+        std::pair(version + "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ=\r\n", "400"),
+        std::pair(version + "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25j!Q==\r\n", "400")}) {
+    const std::string answer = Ask(Connect(false), begin + headers + end);
+    EXPECT_EQ(StatusOf(answer), status) << headers << answer;
+    EXPECT_EQ(answer.find("Sec-WebSocket-Version: 13") != std::string::npos,
+              std::string(status) == "426");
+    EXPECT_TRUE(answer.ends_with("/end.")) << answer;
+  }
+}
+
 TEST_F(UpgradeTest, ItCountsAmongThoseOfItsListenerUntilItsPlaceIsGivenBack) {
   options_.max_connections = 1;
   Keeper keeper;

@@ -36,7 +36,9 @@ StreamMessage StatusMessage(Level level, const std::string& text) {
 }
 
 void Complain(const std::string& text, Heard* heard) {
-  heard->answers.push_back(StatusMessage(Level::kError, text));
+  if (++heard->complaints <= Conversation::kMaxComplaints) {
+    heard->answers.push_back(StatusMessage(Level::kError, text));
+  }
 }
 
 json::object ChannelToJson(const Channel& channel) {
@@ -217,6 +219,18 @@ Heard Conversation::Hear(std::string_view message, bool is_binary) {
     HearBinary(message, &heard);
   } else {
     HearText(message, &heard);
+  }
+  if (heard.changes.size() > kMaxChanges) {
+    Complain("found " + std::to_string(heard.changes.size()) +
+                 " changes in one message, expected " + "at most " + std::to_string(kMaxChanges) +
+                 ": nothing is changed",
+             &heard);
+    heard.changes.clear();
+  }
+  if (heard.complaints > kMaxComplaints) {
+    heard.answers.push_back(StatusMessage(
+        Level::kError,
+        std::to_string(heard.complaints - kMaxComplaints) + " more mistakes in the same message"));
   }
   return heard;
 }

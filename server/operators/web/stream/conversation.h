@@ -62,12 +62,15 @@ struct Heard {
   std::vector<uint32_t> unsubscribed;                     ///< subscriptions
   std::vector<StreamChange> changes;
   std::optional<PlaybackRequest> playback;  ///< of a recording
+  size_t complaints = 0;                    ///< of which the first kMaxComplaints are answers
 };
 
 class Conversation {
  public:
   static constexpr size_t kMaxSubscriptions = 256;
   static constexpr size_t kMaxClientChannels = 16;
+  static constexpr size_t kMaxComplaints = 8;  ///< about one message; then they are counted
+  static constexpr size_t kMaxChanges = 16;    ///< by one message
   static constexpr double kDefaultGridHz = 5;
 
   /// `refusal` is why the viewer may not change anything; empty: it may.

@@ -194,6 +194,41 @@ TEST_F(ConversationTest, AnswersNonsenseWithAnError) {
             "truncated service call");
 }
 
+// Otherwise one message of 64 KiB would be answered with thousands.
+TEST_F(ConversationTest, ComplainsAFewTimesAboutOneMessageAndCountsTheRest) {
+  std::string list;
+  for (int i = 0; i < 10'000; ++i) {
+    list += list.empty() ? "1" : ",1";
+  }
+  for (const auto& [op, key] :
+       {std::pair("subscribe", "subscriptions"), std::pair("unsubscribe", "subscriptionIds"),
+        std::pair("advertise", "channels"), std::pair("unadvertise", "channelIds"),
+        std::pair("setParameters", "parameters")}) {
+    const Heard heard = conversation_->Hear(
+        R"({"op": ")" + std::string(op) + R"(", ")" + key + R"(": [)" + list + "]}", false);
+    ASSERT_GE(heard.answers.size(), Conversation::kMaxComplaints + 1) << op;
+    EXPECT_LE(heard.answers.size(), Conversation::kMaxComplaints + 2) << op;
+    EXPECT_EQ(ObjectOf(heard.answers.back()).at("message"),
+              "9992 more mistakes in the same message")
+        << op;
+  }
+}
+
+TEST_F(ConversationTest, ChangesAFewThingsByOneMessageAndNothingBeyond) {
+  const auto change = [&](size_t count) {
+    std::string list;
+    for (size_t i = 0; i < count; ++i) {
+      list += std::string(i == 0 ? "" : ",") + R"({"name": "/pheromone/trail/tau_s", "value": 30})";
+    }
+    return conversation_->Hear(R"({"op": "setParameters", "parameters": [)" + list + "]}", false);
+  };
+  EXPECT_EQ(change(Conversation::kMaxChanges).changes.size(), Conversation::kMaxChanges);
+  const Heard heard = change(Conversation::kMaxChanges + 1);
+  EXPECT_TRUE(heard.changes.empty());
+  EXPECT_EQ(ObjectOf(heard.answers.back()).at("message"),
+            "found 17 changes in one message, expected at most 16: nothing is changed");
+}
+
 TEST_F(ConversationTest, TellsAndKeepsParameters) {
   EXPECT_EQ(ObjectOf(Hear(R"({"op": "getParameters", "id": "a", "parameterNames":
                               ["/pheromone/trail/tau_s", "nothing"]})")

@@ -1,5 +1,7 @@
 #include "server/operators/web/stream/entrance.h"
 
+#include <memory>
+#include <string>
 #include <utility>
 
 #include <boost/asio/post.hpp>
@@ -7,6 +9,21 @@
 #include "server/operators/web/stream/conversation.h"
 
 namespace pheromone::web {
+namespace {
+
+// RFC 6455, section 4.1: a client waits for the answer to its handshake.
+void Dismiss(Entrance::Guest guest) {
+  const auto kept = std::make_shared<Entrance::Guest>(std::move(guest));
+  const Response refused = Refuse(400, {"found bytes behind the handshake", "request",
+                                        "a client that waits for the answer to it"});
+  kept->connection.EndWith(
+      "HTTP/1.1 400 Bad Request\r\nContent-Type: application/json\r\n"
+      "Connection: close\r\nContent-Length: " +
+          std::to_string(refused.body.size()) + "\r\n\r\n" + refused.body,
+      [kept](boost::system::error_code /*error*/) {});
+}
+
+}  // namespace
 
 Entrance::Entrance(boost::asio::io_context* io, Api* api, StreamCounters* counters,
                    EntranceOptions options)
@@ -35,21 +52,24 @@ void Entrance::Take(Upgrade upgrade, std::weak_ptr<const void> owner,
     return;  // the connection is closed
   }
   ++guests_;
-  boost::asio::post(
-      io_, [this, owner = std::move(owner), welcome = std::move(welcome),
-            is_early = !upgrade.rest.empty(),
-            guest = Guest{std::move(upgrade.connection), std::move(upgrade.place),
-                          std::move(upgrade.message), std::move(subprotocol)}]() mutable {
-        const auto still = owner.lock();
-        if (still == nullptr) {
-          return;
-        }
-        if (is_closed_ || is_early) {  // a client must wait for the answer to the handshake
-          Leave();
-          return;
-        }
-        welcome(std::move(guest));
-      });
+  boost::asio::post(io_,
+                    [this, owner = std::move(owner), welcome = std::move(welcome),
+                     is_early = !upgrade.rest.empty(),
+                     guest = Guest{std::move(upgrade.connection), std::move(upgrade.place),
+                                   std::move(upgrade.message), std::move(subprotocol)}]() mutable {
+                      const auto still = owner.lock();
+                      if (still == nullptr) {
+                        return;
+                      }
+                      if (!is_closed_ && !is_early) {
+                        welcome(std::move(guest));
+                        return;
+                      }
+                      Leave();
+                      if (is_early) {
+                        Dismiss(std::move(guest));
+                      }
+                    });
 }
 
 }  // namespace pheromone::web

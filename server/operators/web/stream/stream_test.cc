@@ -26,6 +26,7 @@
 #include "server/operators/web/stream/viewer.h"
 #include "server/operators/web/testing/fake_control.h"
 #include "server/operators/web/testing/listening_server.h"
+#include "server/operators/web/testing/raw_client.h"
 
 namespace pheromone::web {
 namespace {
@@ -110,6 +111,19 @@ TEST_F(StreamTest, ServesBothSubprotocols) {
   }
   Connect({.subprotocol = "chat"}, 400);
   Connect({.subprotocol = ""}, 400);
+}
+
+TEST_F(StreamTest, RefusesWhoSpeaksBeforeTheAnswerToItsHandshake) {
+  Start();
+  const testing::RawClient client(server_->port());
+  client.Send(
+      "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+      "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+      "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n\r\nabc");
+  const std::string answer = client.ReadAll();
+  EXPECT_TRUE(answer.starts_with("HTTP/1.1 400 ")) << answer;
+  EXPECT_NE(answer.find("found bytes behind the handshake"), std::string::npos) << answer;
+  Connect()->Await("serverInfo");
 }
 
 TEST_F(StreamTest, RefusesPagesOfOthersExceptThoseListed) {

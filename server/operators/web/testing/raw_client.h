@@ -14,18 +14,18 @@
 namespace pheromone::web::testing {
 
 // Blocking. What is waited for comes, or the test runs into its limit.
-class Client {
+class RawClient {
  public:
-  explicit Client(uint16_t port) : Client(Family{AF_INET}) { ConnectTo(port); }
-  explicit Client(const std::string& path) : Client(Family{AF_UNIX}) { ConnectTo(path); }
+  explicit RawClient(uint16_t port) : RawClient(Family{AF_INET}) { ConnectTo(port); }
+  explicit RawClient(const std::string& path) : RawClient(Family{AF_UNIX}) { ConnectTo(path); }
   struct Family {
     int number;
   };
   // With a descriptor, and not connected yet.
-  explicit Client(Family family) : socket_(socket(family.number, SOCK_STREAM, 0)) {}
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
-  ~Client() { close(socket_); }
+  explicit RawClient(Family family) : socket_(socket(family.number, SOCK_STREAM, 0)) {}
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+  ~RawClient() { close(socket_); }
 
   void ConnectTo(uint16_t port) const {
     sockaddr_in address{};
