@@ -1,6 +1,6 @@
-// The seeds of events, configurations and states that make_corpus.py writes, without any of the code
-// that they are for, are read by that code: what is meant to be good is, and what has one fault is
-// refused for this fault, and not for the version of a format that has changed.
+// The seeds of events, configurations and states that make_corpus.py writes, without any of the
+// code that they are for, are read by that code: what is meant to be good is, and what has one
+// fault is refused for this fault, and not for the version of a format that has changed.
 
 #include <gtest/gtest.h>
 
@@ -109,9 +109,9 @@ TEST_F(CodecSeeds, AreConfigurations) {
 // All but the hash.
 TEST_F(CodecSeeds, AreStates) {
   const auto verdicts = Verdicts("state_", ReadState);
-  EXPECT_EQ(With(verdicts, "state hash mismatch"),
-            (std::set<std::string>{"broadcast", "edit", "no_pheromone", "node", "robots",
-                                   "undoing"}));
+  EXPECT_EQ(
+      With(verdicts, "state hash mismatch"),
+      (std::set<std::string>{"broadcast", "edit", "no_pheromone", "node", "robots", "undoing"}));
   const std::map<std::string, std::string> faults = {
       {"answer", "a message's length is 255"},
       {"broadcast_ended", "a broadcast that has ended"},

@@ -4,7 +4,7 @@ small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
                                DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/,
-                               DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/
+                               DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/, DIR/session/
 """
 
 import json
@@ -235,9 +235,35 @@ def http_requests():
                       b"2\r\n{}\r\n0\r\n\r\nGET /healthz HTTP/1.0\r\n\r\n")
 
 
+def connections():
+    """Requests in pieces: of odd lengths, pipelined, half-sent, refused, and handshakes."""
+    def pieces(flags, text, size):
+        return bytes([flags]) + b"".join(bytes([len(text[at:at + size])]) + text[at:at + size]
+                                         for at in range(0, len(text), size))
+
+    for name, seed in http_requests():
+        yield name, pieces(seed[0], seed[1:] * 2, 97)
+        yield name + "_half", pieces(seed[0], seed[1:] + seed[1:-7], 60)
+        yield name + "_stop", pieces(seed[0] | 4, seed[1:], 31)
+    handshake = (b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+                 b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+                 b"Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n\r\n")
+    get = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"
+    yield "handshake", pieces(0, get + handshake + b"\x81\x80\0\0\0\0", 200)
+    yield "handshake_refused", pieces(0, handshake.replace(b"13", b"12") + get, 200)
+    yield "handshake_foreign", pieces(
+        0, handshake.replace(b"Host", b"Origin: http://evil\r\nHost") + get, 200)
+    yield "handshake_half", pieces(0, handshake[:90], 7)
+    yield "repeated_host", pieces(0, get.replace(b"Host", b"Host: a\r\nHost") + get, 200)
+    yield "expect", pieces(1, b"POST /api/v1/halt HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\n"
+                              b"Content-Length: 2\r\n\r\n{}" + get, 80)
+    yield "too_long", pieces(0, b"POST / HTTP/1.1\r\nContent-Length: 2000000\r\n\r\n" + get, 80)
+    yield "not_http", pieces(0, b"\x16\x03\x01\0\xff" * 40, 200)
+
+
 def main(folder):
     for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
-                   "capture", "radio", "pnml", "stream", "http"):
+                   "capture", "radio", "pnml", "stream", "http", "session"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
@@ -280,6 +306,8 @@ def main(folder):
         (folder / "stream" / name).write_bytes(seed)
     for name, seed in http_requests():
         (folder / "http" / name).write_bytes(seed)
+    for name, seed in connections():
+        (folder / "session" / name).write_bytes(seed)
     for name, seed in nets():
         (folder / "pnml" / name).write_bytes(seed)
     for path in (ROOT / "proto_tests/replay").glob("*.pcapng"):

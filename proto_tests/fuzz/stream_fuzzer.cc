@@ -58,7 +58,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
     const Heard heard = conversation.Hear(message, is_binary);
     Expect(may_change || heard.changes.empty());
-    Expect(heard.changes.size() <= 1);
+    Expect(heard.changes.size() <= Conversation::kMaxChanges);
+    Expect(heard.complaints == 0 || !heard.answers.empty());
+    Expect(heard.answers.size() <= Conversation::kMaxComplaints + 3);
     if (heard.playback) {
       const playback::Request& request = heard.playback->request;
       Expect(replays && heard.playback->id.size() <= kMaxPlaybackId);

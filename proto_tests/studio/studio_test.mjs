@@ -130,7 +130,7 @@ try {
   await page.getByRole('button', {name: 'Paint'}).click();
   await until('the brush of the Publish panel paints', async () => (await sense(2, 2)).left.intensity > 0);
   const {events} = await swarm.get('events');
-  check(events.some((it) => it.topic === 'operator' && it.subject === 'viewer' && it.text === 'painted "trail" at (2, 2)'), JSON.stringify(events));
+  check(events.some((it) => it.topic === 'operator' && it.subject === 'viewer 127.0.0.1' && it.text === 'painted "trail" at (2, 2)'), JSON.stringify(events));
   console.log('  its Publish panel paints');
   await page.screenshot({path: join(out, 'studio.png')});
   await page.goto('about:blank');
