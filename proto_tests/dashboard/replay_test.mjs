@@ -138,6 +138,17 @@ async function replays(browser, {name, moments}) {
   check((await page.textContent('#replay-banner')).startsWith(`Replay of ${name} – not live`), 'the banner does not say so');
   await page.waitForFunction(() => window.pheromone.replay.phase === 'playing' && window.pheromone.store.layers.get('path')?.levels);
   await disabled(page);
+  // Keys are not disabled, but command nobody: the robots that are shown are those of the recording.
+  await page.waitForFunction(() => window.pheromone.store.robots.size > 0);
+  await page.locator('#stage').focus();
+  await page.keyboard.press('n');
+  const before = (await swarm.robot(1)).last_command.seq;
+  for (const key of ['u', 'h']) {
+    await page.keyboard.press(key);
+    await page.waitForSelector('.toasts [role="alert"] >> text=Nothing is sent: not while a recording is replayed');
+  }
+  check((await swarm.robot(1)).last_command.seq === before, 'a robot of the present was commanded from the past');
+  await page.keyboard.press('Escape');
   const first = await page.evaluate(() => window.pheromone.replay.at);
   await page.waitForFunction((at) => window.pheromone.replay.at > at, first);
   await page.keyboard.press(' ');

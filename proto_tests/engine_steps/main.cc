@@ -34,7 +34,6 @@ class QuickLog final : public OrderedLog {
     return true;
   }
   std::string Trouble() const override { return ""; }
-  void Probe(std::function<void()> done) override { done(); }
 
  private:
   uint64_t sequence_ = 0;

@@ -44,7 +44,6 @@ class MoodyLog final : public engine::OrderedLog {
     done();
     return true;
   }
-  void Probe(std::function<void()> done) override { done(); }
 
   protocol::Reason refusal = protocol::Reason::kNone;
   bool rotation_due = false;

@@ -108,6 +108,10 @@ def watch(port, target, context=None):
     if context:
         connection = context.wrap_socket(connection)
     connection.sendall(UPGRADE.format(target).encode())
+    head = b""
+    while b"\r\n\r\n" not in head:
+        head += connection.recv(1)
+    check(head.startswith(b"HTTP/1.1 101 "), f"refused: {head}")
     connection.sendall(frame(json.dumps({"op": "subscribe", "subscriptions": [
         {"id": number, "channelId": number} for number in range(1, 20)]})))
     hold(connection)
@@ -172,6 +176,7 @@ def strangers(daemon, acts):
         all_of_them.append(process)
     try:
         yield
+        check(all(process.is_alive() for process in all_of_them), "a stranger has given up")
     finally:
         for process in all_of_them:
             process.kill()

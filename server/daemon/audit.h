@@ -32,13 +32,16 @@ class Audit {
 
  private:
   void Take();
-  void Keep(const std::string& lines);
+  void Keep();
+  std::string WriteLines(const std::string& lines) const;
 
   const std::string folder_;
   const uint64_t max_bytes_;
   std::mutex mutex_;
+  std::string lines_;    // under mutex_: not written yet
   std::string trouble_;  // that was told
-  WorkQueue queue_;
+  WorkQueue log_;
+  WorkQueue file_;
   std::unique_ptr<control::Subscription> subscription_;
 };
 

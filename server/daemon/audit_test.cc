@@ -68,10 +68,21 @@ TEST_F(AuditTest, TakesABoundedPlace) {
   EXPECT_EQ(lines[1], R"("who":"web 192.0.2.7","what":"9","done":true})");
 }
 
-TEST_F(AuditTest, WithoutAPlaceTheServerGoesOn) {
-  Audit without_folder(&control_, "");
-  Audit without_right(&control_, "/proc/nothing");
-  Publish(true, "web 192.0.2.7", "halted all robots");
+// Nor is a link followed, which somebody else may have made.
+TEST_F(AuditTest, WhatCannotBeWrittenHoldsUpNobody) {
+  std::filesystem::create_symlink(File("elsewhere"), File("audit.jsonl"));
+  {
+    Audit audit(&control_, folder_ / "");
+    Publish(true, "web 192.0.2.7", "first");
+  }
+  EXPECT_FALSE(std::filesystem::exists(File("elsewhere")));
+  std::filesystem::remove(File("audit.jsonl"));
+  {
+    Audit audit(&control_, folder_ / "");
+    Publish(true, "web 192.0.2.7", "second");
+  }
+  EXPECT_EQ(LinesOf(File("audit.jsonl")),
+            (std::vector<std::string>{R"("who":"web 192.0.2.7","what":"second","done":true})"}));
 }
 
 }  // namespace

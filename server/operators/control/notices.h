@@ -35,7 +35,7 @@ struct Notice {
     kHealth,         ///< on: the log is durable again; off: it is not
     kArrival,        ///< on: a robot has reached its goal, and is halted
     kNet,            ///< off: a net has refused what a robot left on a tag
-    kOperator,       ///< an operator has changed something
+    kOperator,       ///< on: an operator has changed something; off: that was refused, or failed
   };
   Topic topic = Topic::kConfiguration;
   bool is_on = true;

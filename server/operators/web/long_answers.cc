@@ -29,38 +29,48 @@ void ShareLongBody(Response* response) {
   }
 }
 
-std::shared_ptr<void> LongAnswers::Enter(const std::string& client,
-                                         const std::shared_ptr<Content>& content) {
-  const uint64_t bytes = content->bytes_in_memory();
-  if (bytes != 0) {
-    const std::lock_guard lock(mutex_);
-    const bool is_held = by_content_.contains(content.get());
-    const auto its = by_client_.find(client);
-    if ((its != by_client_.end() && its->second >= limits_.each_client) ||
-        (!is_held && bytes_ != 0 && bytes_ + bytes > limits_.bytes)) {
-      return nullptr;
-    }
-    ++by_client_[client];
-    ++by_content_[content.get()];
-    bytes_ += is_held ? 0 : bytes;
-  }
-  return {content.get(), [this, client, content, bytes](void* /*content*/) {
-            if (bytes != 0) {
-              Leave(client, content);
-            }
-          }};
+bool LongAnswers::Held::Fits(const Content* content, uint64_t limit) const {
+  return bytes_ == 0 || times_.contains(content) || bytes_ + content->bytes_in_memory() <= limit;
 }
 
-void LongAnswers::Leave(const std::string& client, const std::shared_ptr<Content>& content) {
+void LongAnswers::Held::Add(const Content* content) {
+  if (++times_[content] == 1) {
+    bytes_ += content->bytes_in_memory();
+  }
+}
+
+void LongAnswers::Held::Remove(const Content* content) {
+  const auto found = times_.find(content);
+  if (--found->second == 0) {
+    times_.erase(found);
+    bytes_ -= content->bytes_in_memory();
+  }
+}
+
+std::shared_ptr<void> LongAnswers::Enter(const std::string& client,
+                                         const std::shared_ptr<Content>& content) {
+  if (content->bytes_in_memory() < limits_.least) {
+    return content;
+  }
   const std::lock_guard lock(mutex_);
   const auto its = by_client_.find(client);
-  if (--its->second == 0) {
-    by_client_.erase(its);
+  if ((its != by_client_.end() && !its->second.Fits(content.get(), limits_.each_client)) ||
+      !all_.Fits(content.get(), limits_.all)) {
+    return nullptr;
   }
-  const auto held = by_content_.find(content.get());
-  if (--held->second == 0) {
-    by_content_.erase(held);
-    bytes_ -= content->bytes_in_memory();
+  by_client_[client].Add(content.get());
+  all_.Add(content.get());
+  return {content.get(),
+          [this, client, content](void* /*content*/) { Leave(client, content.get()); }};
+}
+
+void LongAnswers::Leave(const std::string& client, const Content* content) {
+  const std::lock_guard lock(mutex_);
+  all_.Remove(content);
+  const auto its = by_client_.find(client);
+  its->second.Remove(content);
+  if (its->second.empty()) {
+    by_client_.erase(its);
   }
 }
 

@@ -1,8 +1,8 @@
 // Answers that are long and in memory: sent in portions, held once however many wait for the same
 // one, and only as many at a time as the server can bear.
 //
-//   ShareLongBody(&response);                                // where the answer is made
-//   const auto place = long_answers.Enter(client, response);  // null: it is refused
+//   ShareLongBody(&response);                                       // where the answer is made
+//   const auto place = long_answers.Enter(client, response.content);  // null: it is refused
 //
 // ShareLongBody: any thread. LongAnswers is thread-safe.
 #pragma once
@@ -28,25 +28,38 @@ void ShareLongBody(Response* response);
 class LongAnswers {
  public:
   struct Limits {
-    size_t each_client = 8;                ///< answers that are sent to one address
-    uint64_t bytes = uint64_t{256} << 20;  ///< of all that are sent, each counted once
+    uint64_t least = uint64_t{1} << 20;         ///< what is smaller is not counted
+    uint64_t each_client = uint64_t{64} << 20;  ///< bytes, of all contents that are sent to it
+    uint64_t all = uint64_t{256} << 20;         ///< and to all clients; each content counts once
   };
 
   LongAnswers() = default;
   explicit LongAnswers(const Limits& limits) : limits_(limits) {}
 
-  /// To be kept while this content is sent; null: there are too many. `client` is an address;
-  /// empty: over the Unix socket. A content that is not in memory is always let in.
+  /// To be kept while this content is sent; null: there are too many. `client` is a text that tells
+  /// clients apart. What is small, or not in memory, is always let in, and so is one content alone.
   std::shared_ptr<void> Enter(const std::string& client, const std::shared_ptr<Content>& content);
 
  private:
-  void Leave(const std::string& client, const std::shared_ptr<Content>& content);
+  // What is held, how often, and its bytes.
+  class Held {
+   public:
+    bool Fits(const Content* content, uint64_t limit) const;
+    void Add(const Content* content);
+    void Remove(const Content* content);
+    bool empty() const { return times_.empty(); }
+
+   private:
+    std::map<const Content*, size_t> times_;
+    uint64_t bytes_ = 0;
+  };
+
+  void Leave(const std::string& client, const Content* content);
 
   const Limits limits_ = {};
   std::mutex mutex_;
-  uint64_t bytes_ = 0;
-  std::map<std::string, size_t> by_client_;
-  std::map<const Content*, size_t> by_content_;
+  Held all_;
+  std::map<std::string, Held> by_client_;
 };
 
 }  // namespace pheromone::web

@@ -49,20 +49,23 @@ TEST(ShareLongBody, LeavesAShortOneAndGivesTheSameBytesOfALongOne) {
 }
 
 TEST(LongAnswers, AreAFewForEachClient) {
-  LongAnswers answers({.each_client = 2, .bytes = 100 * kBytes});
+  LongAnswers answers({.least = kBytes, .each_client = 2 * kBytes, .all = 100 * kBytes});
   auto first = answers.Enter("192.0.2.1", ContentOf(kBytes));
-  const auto second = answers.Enter("192.0.2.1", ContentOf(kBytes));
+  const std::shared_ptr<Content> content = ContentOf(kBytes);
+  const auto second = answers.Enter("192.0.2.1", content);
   ASSERT_NE(first, nullptr);
   ASSERT_NE(second, nullptr);
   EXPECT_EQ(answers.Enter("192.0.2.1", ContentOf(kBytes)), nullptr);
   EXPECT_NE(answers.Enter("192.0.2.2", ContentOf(kBytes)), nullptr);
+  EXPECT_NE(answers.Enter("192.0.2.1", content), nullptr);  // no more memory for that
+  EXPECT_NE(answers.Enter("192.0.2.1", ContentOf(kBytes - 1)), nullptr);
   EXPECT_NE(answers.Enter("192.0.2.1", std::make_shared<FromFile>()), nullptr);
   first.reset();
   EXPECT_NE(answers.Enter("192.0.2.1", ContentOf(kBytes)), nullptr);
 }
 
 TEST(LongAnswers, HoldOnlySoManyBytesEachCountedOnce) {
-  LongAnswers answers({.each_client = 8, .bytes = 3 * kBytes});
+  LongAnswers answers({.least = 1, .each_client = 100 * kBytes, .all = 3 * kBytes});
   const std::shared_ptr<Content> shared = ContentOf(2 * kBytes);
   std::vector<std::shared_ptr<void>> places;
   for (const char* const client : {"a", "b", "c", "d"}) {
@@ -79,7 +82,7 @@ TEST(LongAnswers, HoldOnlySoManyBytesEachCountedOnce) {
 
 // Otherwise nobody would ever get it.
 TEST(LongAnswers, LetInOneThatIsLargerThanAllMayBe) {
-  LongAnswers answers({.each_client = 8, .bytes = kBytes});
+  LongAnswers answers({.least = 1, .each_client = kBytes, .all = kBytes});
   const auto large = answers.Enter("a", ContentOf(2 * kBytes));
   EXPECT_NE(large, nullptr);
   EXPECT_EQ(answers.Enter("b", ContentOf(kBytes)), nullptr);

@@ -50,6 +50,7 @@ using Sessions = std::set<std::shared_ptr<SessionBase>>;
 struct Crowd {
   Sessions served;
   Sessions beyond;  // connections above the limit: each gets an error
+  std::shared_ptr<LongAnswers> long_answers;
 };
 
 // As in Request.
@@ -112,7 +113,11 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         tcp_(strand_),
         local_pause_(strand_),
         tcp_pause_(strand_),
-        watch_(strand_) {}
+        watch_(strand_) {
+    for (Crowd* const crowd : {&local_crowd_, &tcp_crowd_}) {
+      crowd->long_answers = std::make_shared<LongAnswers>(options_.long_answers);
+    }
+  }
 
   void OnUpgrade(std::string path, UpgradeHandler handler) {
     upgrades_.insert_or_assign(std::move(path), std::move(handler));
@@ -320,7 +325,7 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
     const auto session = std::make_shared<Session>(
         std::move(connection),
         SessionTraits{crowd == &local_crowd_, encrypted, full, options_.patience, std::move(client),
-                      options_.long_answers},
+                      crowd->long_answers},
         full ? Refusal() : handle_, full ? nullptr : &upgrades_);
     sessions->insert(session);
     asio::co_spawn(session->executor(), session->Run(),

@@ -63,9 +63,8 @@ struct ServerOptions {
   size_t max_connections = 64;  ///< of each; and as many more that are answered with 503
   std::chrono::milliseconds patience{15'000};
   std::chrono::milliseconds listen_again{1'000};
-  size_t max_handshakes = 64;  ///< of TLS
-  /// May be shared with other servers.
-  std::shared_ptr<LongAnswers> long_answers = std::make_shared<LongAnswers>();
+  size_t max_handshakes = 64;             ///< of TLS
+  LongAnswers::Limits long_answers = {};  ///< of the port, and of the Unix socket
   std::chrono::milliseconds handshake_patience{10'000};
   /// Of requests that are served however many others there are: those to which the handler has an
   /// answer in no time. Empty: none.

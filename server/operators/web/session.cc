@@ -135,6 +135,7 @@ asio::awaitable<bool> Session::ServeOne() {
     buffer_.commit(
         co_await connection_.async_read_some(buffer_.prepare(kMaxHeaderBytes), Into(&error)));
   }
+  Touch();
   if (!error && !closing_) {
     co_await http::async_read_header(connection_, buffer_, parser, Into(&error));
   }

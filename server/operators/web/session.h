@@ -89,6 +89,13 @@ class SessionBase {
     return since > kClaimed && idle_since_.compare_exchange_strong(since, kBusy);
   }
   void EndRequest() { idle_since_ = NextTime(); }
+  /// It is heard: others have been idle for longer.
+  void Touch() {
+    uint64_t since = idle_since_;
+    if (since > kClaimed) {
+      idle_since_.compare_exchange_strong(since, NextTime());
+    }
+  }
 
  private:
   static constexpr uint64_t kBusy = 0;

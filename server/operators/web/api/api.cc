@@ -176,8 +176,8 @@ std::optional<Response> CheckOrigin(const Request& request) {
   const bool is_own = request.origin == "https://" + request.host ||
                       (!request.encrypted && request.origin == "http://" + request.host);
   if (!request.origin.empty() && !is_own) {
-    return Refuse(403, {"the request comes from another web page, " + request.origin, "Origin",
-                        "none, or that of this server"});
+    return Refuse(403, {"the request comes from another web page, " + request.origin.substr(0, 100),
+                        "Origin", "none, or that of this server"});
   }
   return std::nullopt;
 }
@@ -278,7 +278,7 @@ uint64_t SteadyMs() {
   return static_cast<uint64_t>(std::chrono::duration_cast<milliseconds>(now).count());
 }
 
-// Of an error's body; empty if it is none.
+// Of an error's body; if it is none, its status.
 std::string WhyOf(const Response& response) {
   boost::system::error_code not_json;
   const json::value body = json::parse(response.body, not_json);
@@ -444,8 +444,8 @@ void Api::Handle(Request request, const Respond& respond) {
     return;
   }
   auto refused = !reads ? CheckAccess(request, options_.token)
-                 : route->where == Where::kAtOnce || IsListed(request) ? std::nullopt
-                                                                       : CheckPage(request);
+                 : IsShort(*route, *target) || IsListed(request) ? std::nullopt
+                                                                 : CheckPage(request);
   if (refused) {
     if (!reads) {
       TellRefusal(target->path, refused->status, WhyOf(*refused), SourceOf(request));
@@ -466,7 +466,7 @@ void Api::Handle(Request request, const Respond& respond) {
     json::object& object = std::get<json::object>(input);
     Parameters fields(object);
     if (route->where == Where::kTicket) {
-      respond(Ticket(&fields));
+      AndTell(target.path, object, SourceOf(request), respond)(Ticket(&fields));
     } else if (!reads) {
       route->change(control_, &fields, AndTell(target.path, object, SourceOf(request), respond));
     } else if (route->where == Where::kPictures) {

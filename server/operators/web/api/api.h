@@ -93,9 +93,9 @@ class Api {
  private:
   std::optional<Response> CheckHost(const Request& request) const;
   void ShowDashboard(const std::string& file, Request request, const Respond& respond);
-  /// Responds, and tells what has been done, if it has.
   Response Ticket(Parameters* fields) const;
   bool IsListed(const Request& request) const;  // among the origins that may read
+  /// Responds, and tells what has been done, or that it was refused.
   Respond AndTell(std::string path, boost::json::object body, std::string from, Respond respond);
   void TellRefusal(std::string_view path, int status, const std::string& why,
                    const std::string& from) const;

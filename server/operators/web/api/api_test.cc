@@ -112,7 +112,7 @@ TEST_F(ApiTest, WhatAnOperatorHasDoneAndWhatWasRefusedAreEvents) {
   EXPECT_EQ(events.at(0).at("text"), "painted \"trail\" at (2, 1)");
   EXPECT_EQ(events.at(1).at("subject"), "control socket");
   EXPECT_EQ(events.at(1).at("text"), "paint: refused, found \"no such\"");
-  EXPECT_EQ(events.at(1).at("on"), true);
+  EXPECT_EQ(events.at(1).at("on"), false);
 }
 
 TEST_F(ApiTest, AWrongTokenIsAWarningWithItsAddressAndCounted) {
@@ -217,7 +217,8 @@ TEST_F(ApiTest, WhatIsLongIsNotForPagesOfOthers) {
     std::string origin, site, dest;
     int status;
   };
-  for (const char* target : {"/api/v1/field?pheromone=1", "/api/v1/clients", "/metrics"}) {
+  for (const char* target :
+       {"/api/v1/field?pheromone=1", "/api/v1/clients", "/metrics", "/api/v1/status?hash=1"}) {
     for (const Page& page : std::initializer_list<Page>{
              {"", "", "", 200},
              {"", "none", "document", 200},

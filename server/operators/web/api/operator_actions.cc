@@ -1,5 +1,6 @@
 #include "server/operators/web/api/operator_actions.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <boost/json/array.hpp>
@@ -96,6 +97,9 @@ Words WordsOf(std::string_view name, const json::object& body, const json::objec
   if (name == "undo" || name == "redo") {
     return {(name == "undo" ? "undid: " : "redid: ") + TextOf(answer, "what"), ""};
   }
+  if (name == "ticket") {
+    return {"made a ticket for a viewer", ""};
+  }
   if (name == "snapshot") {
     return {"snapshot " + TextOf(answer, "snapshot"), ""};
   }
@@ -121,32 +125,32 @@ std::optional<control::Notice> OperatorActions::NoteRefusal(std::string_view pat
                                                             const std::string& why,
                                                             const std::string& from,
                                                             uint64_t now_ms) {
-  const bool is_denied = status == 401 || status == 403;
-  std::string text =
-      std::string(RequestOf(path)) + (status < 500 ? ": refused, " : ": failed, ") + why;
   const std::lock_guard lock(mutex_);
-  std::erase_if(refused_, [&](const auto& it) {
-    return it.second.untold == 0 && now_ms - it.second.told_ms >= kRefusalMs;
-  });
-  if (refused_.size() >= kMaxClients && !refused_.contains(from)) {
-    refused_.erase(refused_.begin());
-  }
-  Refused& its = refused_[from];
   if (now_ms - refusals_since_ms_ >= kRefusalMs) {
     refusals_since_ms_ = now_ms;
     refusals_told_ = 0;
+    std::erase_if(refused_,
+                  [&](const auto& it) { return now_ms - it.second.told_ms >= kForgetMs; });
   }
+  if (refused_.size() >= kMaxClients && !refused_.contains(from)) {
+    refused_.erase(std::min_element(
+        refused_.begin(), refused_.end(),
+        [](const auto& a, const auto& b) { return a.second.told_ms < b.second.told_ms; }));
+  }
+  Refused& its = refused_[from];
   const bool is_recent = its.told_ms != 0 && now_ms - its.told_ms < kRefusalMs;
   if (is_recent || refusals_told_ == kMaxRefusals) {
     ++its.untold;
     return std::nullopt;
   }
   ++refusals_told_;
+  std::string text = std::string(RequestOf(path)) + (status < 500 ? ": refused, " : ": failed, ") +
+                     why.substr(0, kMaxReason);
   if (its.untold != 0) {
     text += "; " + std::to_string(its.untold) + " more before";
   }
   its = {now_ms, 0};
-  return control::Notice{control::Notice::Topic::kOperator, !is_denied, from, std::move(text)};
+  return control::Notice{control::Notice::Topic::kOperator, false, from, std::move(text)};
 }
 
 std::optional<control::Notice> OperatorActions::Note(std::string_view path,

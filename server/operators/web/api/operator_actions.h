@@ -37,11 +37,12 @@ class OperatorActions {
 
   /// Of each client, one refusal in so long is told.
   static constexpr uint64_t kRefusalMs = 10'000;
+  static constexpr uint64_t kForgetMs = 100'000;  ///< then nobody asks how many were not told
+  static constexpr size_t kMaxReason = 200;       ///< bytes
   static constexpr size_t kMaxClients = 256;
   static constexpr int kMaxRefusals = 32;  ///< told in that time, of all clients
 
-  /// A request to `path` was answered with `status`, for this reason. A notice that is off: for
-  /// want of a token or of a permitted origin.
+  /// A request to `path` was answered with `status`, for this reason: a notice that is off.
   std::optional<control::Notice> NoteRefusal(std::string_view path, int status,
                                              const std::string& why, const std::string& from,
                                              uint64_t now_ms);

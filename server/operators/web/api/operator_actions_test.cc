@@ -50,6 +50,7 @@ TEST(OperatorActions, SayWhatWasDoneAndWhere) {
             "halted all robots, on 2 of 3 links"},
            {"laws", R"({"pheromone":"trail","tau_s":30})", "{}", "changed \"trail\": tau 30 s"},
            {"snapshot", "{}", R"({"snapshot":"17.snapshot"})", "snapshot 17.snapshot"},
+           {"ticket", "{}", R"({"ticket":"secret","valid_s":1})", "made a ticket for a viewer"},
            {"tags", R"({"action":"erase","tag":"door","slot":1})", "{}", "tags: erase \"door\""},
            {"nets", R"({"action":"reset","net":"bench"})", "{}", "nets: reset \"bench\""},
            {"undo", "{}", R"({"what":"paint \"trail\"","changed":3})", "undid: paint \"trail\""},
@@ -86,7 +87,7 @@ TEST(OperatorActions, TellAFirstRefusalOfEachClientAndCountTheOthersForAWhile) {
   OperatorActions actions;
   const auto refuse = [&](const std::string& from, uint64_t now_ms, int status = 401) {
     const auto notice = actions.NoteRefusal("/api/v1/halt", status, "found no token", from, now_ms);
-    EXPECT_TRUE(!notice || notice->is_on == (status != 401 && status != 403));
+    EXPECT_TRUE(!notice || !notice->is_on);
     return notice ? notice->subject + ": " + notice->text : "";
   };
   EXPECT_EQ(refuse("a", 5), "a: halt: refused, found no token");
@@ -97,6 +98,9 @@ TEST(OperatorActions, TellAFirstRefusalOfEachClientAndCountTheOthersForAWhile) {
   EXPECT_EQ(refuse("a", 20'005), "a: halt: refused, found no token");
   EXPECT_EQ(refuse("b", 20'006, 409), "b: halt: refused, found no token");
   EXPECT_EQ(refuse("b", 40'006, 503), "b: halt: failed, found no token");
+  const auto long_one =
+      actions.NoteRefusal("/api/v1/goto", 400, std::string(5000, 'a'), "c", 40'007);
+  EXPECT_EQ(long_one->text, "goto: refused, " + std::string(OperatorActions::kMaxReason, 'a'));
 }
 
 // However many addresses there are, and all at once.

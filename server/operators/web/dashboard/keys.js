@@ -12,7 +12,7 @@ export function setUpKeys({map, tools, robots, layers, timeline, replay, theme, 
     '+': () => view.zoom(1.25), '=': () => view.zoom(1.25), '-': () => view.zoom(0.8), 0: () => view.fit(),
     ' ': () => timeline.toggle(), l: () => timeline.live(), d: () => theme.toggle(), w: () => wall.toggle(), '?': showHelp, '/': showHelp,
     h: () => ofRobot(() => robots.command('halt')), u: () => ofRobot(() => robots.command('resume')),
-    f: () => ofRobot(() => robots.onFollow(store.selected.key)),
+    f: () => robots.follow(),
   };
 
   function ofRobot(go) {

@@ -160,6 +160,7 @@ const replay = new Replay(stream, {
 // Another server, as it were: nothing that is shown is of it.
 function beginAnew() {
   mcap.end();
+  commands.forget();
   timeline.live();
   for (const it of [store.layers, store.robots, store.trails, store.links, store.laws, store.netDetails]) it.clear();
   Object.assign(store, {tags: [], nets: [], paths: [], status: null, engine: null, tool: null, senses: null});
@@ -188,6 +189,7 @@ function subscribeLayers() {
     if (layer.isNeeded) stream.resume(DELTA + layer.name);
     else stream.pause(DELTA + layer.name);
   }
+  stream.refresh();
 }
 
 function layerOf(name) {
@@ -343,6 +345,7 @@ function follow() {
 
 store.on('robots', () => panelsDue.add('robots'));
 store.on('past', () => showState(stream.state, showState.retryAt));
+store.on('shown', () => stream.refresh());   // what is recorded is what is shown
 store.on('events', () => fact('New warnings', String(events.unseen)));
 store.on('selected', () => {
   if (following && store.selected?.key !== following) following = null;

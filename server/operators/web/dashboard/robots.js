@@ -152,6 +152,7 @@ export function drawRobots(context, view, theme, now) {
   const labels = robots.size <= MANY || view.scale > 90;
   // Where they would lie on the robot itself, they tell nothing.
   const hasAntennas = store.shows.antennas && antennaPx(robots, view) > 0.6 * size;
+  const isOne = store.selectedRobots.length === 1;
   context.font = fontOf(11);
   context.textAlign = 'left';
   context.textBaseline = 'middle';
@@ -162,7 +163,7 @@ export function drawRobots(context, view, theme, now) {
     const y = view.sy(pose.y_m);
     if (x < -60 || y < -60 || x > view.width + 60 || y > view.height + 60) continue;
     const selected = store.group.has(client.key);
-    const alone = selected && store.group.size === 1;   // several are only marked
+    const alone = selected && isOne;   // several are only marked
     context.globalAlpha = isFresh(client) || store.past ? 1 : 0.4;
     if (selected) {
       context.strokeStyle = theme.accent;

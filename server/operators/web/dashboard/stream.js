@@ -162,6 +162,11 @@ export class Stream {
   /** `take` is given what comes of the topics that `wants` says, from now on; null: nothing more. */
   record(wants, take) {
     this.recording = wants ? {wants, take} : null;
+    this.refresh();
+  }
+
+  /** After what is wanted has changed. */
+  refresh() {
     this.dropUnwanted();
     for (const channel of this.channels.values()) this.subscribe(channel);
   }

@@ -2,7 +2,7 @@
 import {store} from '../store.js';
 import {api} from '../api.js';
 import {commands} from '../commands.js';
-import {h, pairs, panel, setText} from '../dom.js';
+import {h, pairs, panel, setText, toast} from '../dom.js';
 import {ago, metres, number} from '../format.js';
 import {RobotCharts} from '../charts.js';
 import {robotText} from '../describe.js';
@@ -44,7 +44,7 @@ export class RobotsPanel {
     this.followsTypes = '';
     this.buttons = [
       act('go-here', 'Go here …', 'Then click on the map', () => this.tools.sendTo(store.group)),
-      act('cancel-goal', 'Cancel goal', 'Forget the goal', () => commands.cancelGoals(store.group)),
+      act('cancel-goal', 'Cancel goal', 'Forget the goal', () => this.act(() => commands.cancelGoals(store.group))),
       act('halt', 'Halt', 'Stop (H)', () => this.command('halt')),
       act('resume', 'Resume', 'Drive on (U)', () => this.command('resume')),
       act('follow', 'Follow', 'Follow this pheromone', () => this.command('follow', [Number(this.follows.value)])),
@@ -54,19 +54,33 @@ export class RobotsPanel {
     const [x, y] = this.goal;
     const goal = h('form', {class: 'actions', onsubmit: (event) => {
       event.preventDefault();
-      commands.goTo(store.group, {x: x.valueAsNumber, y: y.valueAsNumber});
+      this.act(() => commands.goTo(store.group, {x: x.valueAsNumber, y: y.valueAsNumber}));
     }}, x, y, this.goButton);
     this.reason = h('p', {class: 'empty'});
     this.chartHolder = h('div', {class: 'robot-charts'});
     this.charts = new RobotCharts(this.chartHolder);
-    this.centre = act('follow-view', 'Centre', 'Keep this robot in the middle (F)', () => this.onFollow(store.selected.key));
+    this.centre = act('follow-view', 'Centre', 'Keep this robot in the middle (F)', () => this.follow());
     this.card.append(h('header', {}, this.title, this.centre,
                        act('deselect', '×', 'Close (Esc)', () => store.select(null))),
                      this.facts, h('div', {class: 'actions'}, this.buttons.slice(0, 4)),
                      h('div', {class: 'actions'}, this.buttons[4], this.follows), goal, this.reason, this.chartHolder);
   }
 
-  command(command, args = []) { commands.send(store.group, command, args); }
+  command(command, args = []) { this.act(() => commands.send(store.group, command, args)); }
+
+  /** Also keys come here, which nobody disables. */
+  act(go) {
+    const {refusal} = this.tools;
+    if (refusal) toast(`Nothing is sent: ${refusal}`, true);
+    else if (store.selectedRobots.length === 0) toast('Nothing is sent: no robot that is there is selected', true);
+    else go();
+  }
+
+  /** The one that is selected stays in the middle. */
+  follow() {
+    const [robot, ...others] = store.selectedRobots;
+    if (robot && others.length === 0) this.onFollow(robot.key);
+  }
 
   selectAll() { store.selectRobots([...this.rows.keys()]); }
 
