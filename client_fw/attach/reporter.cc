@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "client_fw/boards/host/stop_text.h"
+#include "server/base/escape.h"
 
 namespace pheromone::attach {
 namespace {
@@ -52,7 +53,9 @@ void SayLine(int64_t now_ms, const std::string& text) {
   if (poll(&ready, 1, 0) != 1 || (ready.revents & POLLOUT) == 0) {
     return;
   }
-  const std::string line = fmt::format("{:8.1f} s  {}\n", static_cast<double>(now_ms) / 1000, text);
+  // Not through stdout, whose owner may block: it escapes what a robot or an address says itself.
+  const std::string line =
+      fmt::format("{:8.1f} s  {}\n", static_cast<double>(now_ms) / 1000, EscapeControls(text, ""));
   [[maybe_unused]] const ssize_t size = write(STDOUT_FILENO, line.data(), line.size());
 }
 

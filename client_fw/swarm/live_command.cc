@@ -21,6 +21,7 @@
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"
 #include "client_fw/swarm/recorder.h"
+#include "server/base/standard_output.h"
 #include "server/config/config.h"
 
 namespace pheromone::swarm {
@@ -56,6 +57,7 @@ class LiveLine {
     const sim::MobileRobot& robot = live_->swarm().robot(0);
     const Sample s = Observe(robot, path_, now_ms);
     fmt::print(
+        Unescaped(stdout),
         "{}{:6.1f} s  pose {:5.2f} {:5.2f} m {:4.0f}°  P {:5.2f} {:5.2f}  wheels {:4d} {:4d} mm/s"
         "  off path {:4.0f} mm  {:3.1f} exch/s  channel {:4.1f} %{}{}",
         terminal_ ? "\r\x1b[?7l" : "", static_cast<double>(now_ms) / 1000, s.pose.x_m, s.pose.y_m,
@@ -66,7 +68,6 @@ class LiveLine {
         : robot.flags() != 0         ? "  stands: " + client::StopText(robot.flags())
                                      : "",
         terminal_ ? "\x1b[K\x1b[?7h" : "\n");
-    std::fflush(stdout);
   }
 
  private:

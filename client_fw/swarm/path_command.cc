@@ -14,6 +14,7 @@
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"
 #include "client_fw/swarm/robots.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -86,8 +87,8 @@ int RunPath(PathOptions options) {
       std::vector<PathRun> runs;
       for (int seed = 1; seed <= options.seeds; ++seed) {
         if (progress) {
-          fmt::print(stderr, "\r{}/{} {} {}: seed {} of {}   ", summaries.size() + 1, all,
-                     NameOf(shape), NameOf(law), seed, options.seeds);
+          fmt::print(Unescaped(stderr), "\r{}/{} {} {}: seed {} of {}   ", summaries.size() + 1,
+                     all, NameOf(shape), NameOf(law), seed, options.seeds);
         }
         runs.push_back(FollowPath(experiment, static_cast<uint64_t>(seed)));
         const PathRun& run = runs.back();
@@ -112,7 +113,7 @@ int RunPath(PathOptions options) {
     }
   }
   if (progress) {
-    fmt::print(stderr, "\r{:60}\r", "");
+    fmt::print(Unescaped(stderr), "\r{:60}\r", "");
   }
   const std::string csv = ToCsv(summaries);
   fmt::print("{}", csv);

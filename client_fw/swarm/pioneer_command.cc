@@ -24,6 +24,7 @@
 #include "client_fw/sim/pioneer/pioneer_server.h"
 #include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/standard_output.h"
 #include "server/config/config.h"
 #include "server/core/field/obstacles.h"
 
@@ -165,9 +166,8 @@ class Reports {
 
  private:
   void Print(const sim::PioneerRobot& robot, const std::string& text) const {
-    fmt::print("{}{:8.1f} s  {}", renews_ ? "\r" : "", static_cast<double>(robot.now_ns()) / 1e9,
-               text);
-    std::fflush(stdout);
+    fmt::print(Unescaped(stdout), "{}{:8.1f} s  {}", renews_ ? "\r" : "",
+               static_cast<double>(robot.now_ns()) / 1e9, text);
   }
 
   std::string StateOf(const sim::PioneerRobot& robot, const sim::PioneerServer& server) {

@@ -21,6 +21,7 @@
 #include "client_fw/swarm/scenario/report.h"
 #include "client_fw/swarm/scenario/run.h"
 #include "client_fw/swarm/scenario/scenario.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -43,7 +44,7 @@ std::function<void(int64_t)> ProgressBar(int64_t duration_ms) {
     const int64_t percent = ms * 100 / duration_ms;
     if (percent != shown) {
       shown = percent;
-      fmt::print(stderr, "\r[{:<40}] {:3} %",
+      fmt::print(Unescaped(stderr), "\r[{:<40}] {:3} %",
                  std::string(static_cast<size_t>(percent * 2 / 5), '#'), percent);
     }
   };
@@ -64,14 +65,13 @@ class StatusLine {
       const uint32_t answers = swarm.robot(i).counters().answers;
       answered += std::exchange(answers_[i], answers) != answers ? 1u : 0u;
     }
-    fmt::print("{}{:6.1f} s  {} of {} robots got answers", terminal_ ? "\r" : "",
+    fmt::print(Unescaped(stdout), "{}{:6.1f} s  {} of {} robots got answers", terminal_ ? "\r" : "",
                static_cast<double>(swarm.now_ms()) / 1000, answered, swarm.robot_count());
     for (size_t i = 0; i < swarm.channel_count(); ++i) {
-      fmt::print("  channel {} {:4.1f} %{}", i + 1, swarm.medium(i).Utilisation() * 100,
-                 live.modem(i).connected() ? "" : " NO MODEM");
+      fmt::print(Unescaped(stdout), "  channel {} {:4.1f} %{}", i + 1,
+                 swarm.medium(i).Utilisation() * 100, live.modem(i).connected() ? "" : " NO MODEM");
     }
-    fmt::print("{}", terminal_ ? "\x1b[K" : "\n");
-    std::fflush(stdout);
+    fmt::print(Unescaped(stdout), "{}", terminal_ ? "\x1b[K" : "\n");
   }
   /// After the last one.
   void End() const { fmt::print("{}", terminal_ ? "\n" : ""); }
@@ -86,7 +86,7 @@ SwarmRecord RunInVirtualTime(const Scenario& scenario) {
   const std::function<void(int64_t)> bar = ProgressBar(scenario.duration_ms);
   SwarmRecord record = RunScenario(scenario, bar);
   if (bar) {
-    fmt::print(stderr, "\r{:60}\r", "");
+    fmt::print(Unescaped(stderr), "\r{:60}\r", "");
   }
   return record;
 }

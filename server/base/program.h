@@ -1,5 +1,6 @@
-// The common part of every main(): an exception ends the program with a message, and it returns 0
-// only if all of its output was written.
+// The common part of every main(): control characters in what it prints are escaped
+// (standard_output.h), an exception ends the program with a message, and it returns 0 only if all
+// of its output was written.
 //
 //   int main(int argc, char** argv) {
 //     return pheromone::RunProgram("pheromonectl", [&] { return Main(argc, argv); });
@@ -21,6 +22,7 @@
 #include <string_view>
 
 #include "server/base/result.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone {
 
@@ -29,7 +31,8 @@ namespace pheromone {
 inline Status FinishStandardOutput() {
   const bool failed_before = std::ferror(stdout) != 0;
   errno = 0;
-  bool taken = std::fflush(stdout) == 0 && std::cout.flush() && !failed_before;
+  bool taken = std::fflush(stdout) == 0 && std::cout.flush() && !failed_before &&
+               std::ferror(Unescaped(stdout)) == 0;
   // A network disk may report only on close that it is full. A copy is closed, since exit handlers
   // still expect the original; there is none if standard output was closed before.
   const int copy = taken ? dup(STDOUT_FILENO) : -1;
@@ -51,12 +54,13 @@ inline Status FinishStandardOutput() {
 /// threw or if its output could not be written.
 template <typename Main>
 int RunProgram(std::string_view name, const Main& main) {
+  EscapeStandardOutput();
   int status = 1;
   try {
     status = main();
   } catch (const std::exception& error) {
     // Printing with fmt throws if it fails: that is reported below, the same for all.
-    if (std::ferror(stdout) == 0) {
+    if (std::ferror(stdout) == 0 && std::ferror(Unescaped(stdout)) == 0) {
       std::cerr << name << ": " << error.what() << '\n';
     }
   }

@@ -63,7 +63,7 @@ class SavedFieldTest(DaemonTest):
             self.config.write_text(whole[:whole.rindex("[[pheromone]]")] + PTY)
             server.process.send_signal(signal.SIGHUP)
             server.await_log("the configuration is unchanged:\n"
-                             f"the field loaded from {self.folder}/lab.field has pheromone "
+                             f"  the field loaded from {self.folder}/lab.field has pheromone "
                              "type 2, which is no longer configured")
             self.assertEqual(self.smells(robot), before)
             self.assertEqual(server.stop(), 0)

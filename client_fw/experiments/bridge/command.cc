@@ -13,6 +13,7 @@
 #include "client_fw/experiments/bridge/experiment.h"
 #include "client_fw/experiments/bridge/moments.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -61,12 +62,12 @@ int RunBridgeCommand(const BridgeOptions& options) {
     all.push_back(RunBridges(experiment, options.seeds, [&] {
       ++done;
       if (progress) {
-        fmt::print(stderr, "\r{}/{} {}: {} of {} swarms\x1b[K", all.size() + 1, experiments.size(),
-                   experiment.name, done, options.seeds);
+        fmt::print(Unescaped(stderr), "\r{}/{} {}: {} of {} swarms\x1b[K", all.size() + 1,
+                   experiments.size(), experiment.name, done, options.seeds);
       }
     }));
     if (progress) {
-      fmt::print(stderr, "\r\x1b[K");
+      fmt::print(Unescaped(stderr), "\r\x1b[K");
     }
     fmt::print("{}", BridgeTableRow(all.back()));
     std::fflush(stdout);

@@ -13,6 +13,7 @@
 #include "client_fw/experiments/channel/experiment.h"
 #include "client_fw/experiments/channel/report.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -189,13 +190,13 @@ int RunPlan(const std::vector<ChannelExperiment>& plan, int seeds,
     std::vector<ChannelRun> runs;
     for (int seed = 1; seed <= seeds; ++seed) {
       if (progress) {
-        fmt::print(stderr, "\r{}/{}: {} robots, seed {} of {}   ", rows.size() + 1, plan.size(),
-                   experiment.robots, seed, seeds);
+        fmt::print(Unescaped(stderr), "\r{}/{}: {} robots, seed {} of {}   ", rows.size() + 1,
+                   plan.size(), experiment.robots, seed, seeds);
       }
       runs.push_back(MeasureChannel(experiment, static_cast<uint64_t>(seed)));
     }
     if (progress) {
-      fmt::print(stderr, "\r{:60}\r", "");
+      fmt::print(Unescaped(stderr), "\r{:60}\r", "");
     }
     rows.push_back(Summarise(experiment, runs));
     fmt::print("{}", ToTableRow(rows.back()));

@@ -13,6 +13,7 @@
 #include "client_fw/experiments/cleaning/report.h"
 #include "client_fw/experiments/cleaning/sweep.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -79,11 +80,11 @@ int RunOnce(const CleaningOptions& options) {
   const bool progress = isatty(STDERR_FILENO) != 0;
   const CleaningRun run = RunCleaning(experiment, options.seed, [&](int64_t second) {
     if (progress && second % 10 == 0) {
-      fmt::print(stderr, "\r{} of {:.0f} s\x1b[K", second, options.seconds);
+      fmt::print(Unescaped(stderr), "\r{} of {:.0f} s\x1b[K", second, options.seconds);
     }
   });
   if (progress) {
-    fmt::print(stderr, "\r\x1b[K");
+    fmt::print(Unescaped(stderr), "\r\x1b[K");
   }
   fmt::print("{}", ToTable(experiment, run));
   int written = 0;
@@ -112,12 +113,12 @@ int RunSweepOfSizes(const CleaningOptions& options) {
   for (const CleaningExperiment& size : sizes) {
     all.push_back(RunSeries(size, options.cycles, options.seeds, [&](int done, int64_t second) {
       if (progress && second % 10 == 0) {
-        fmt::print(stderr, "\r{}/{} {} x {}: {} of {} runs, {} s\x1b[K", all.size() + 1,
+        fmt::print(Unescaped(stderr), "\r{}/{} {} x {}: {} of {} runs, {} s\x1b[K", all.size() + 1,
                    sizes.size(), size.grid.columns, size.grid.rows, done, options.seeds, second);
       }
     }));
     if (progress) {
-      fmt::print(stderr, "\r\x1b[K");
+      fmt::print(Unescaped(stderr), "\r\x1b[K");
     }
     fmt::print("{}", ToTableRow(all.back()));
     std::fflush(stdout);

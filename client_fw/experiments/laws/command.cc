@@ -12,6 +12,7 @@
 
 #include "client_fw/experiments/laws/experiment.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -26,7 +27,7 @@ struct LawsOptions {
 
 void Show(const std::string& what) {
   if (isatty(STDERR_FILENO) != 0) {
-    fmt::print(stderr, "\r{:60}\r{}", "", what);
+    fmt::print(Unescaped(stderr), "\r{:60}\r{}", "", what);
     std::fflush(stderr);
   }
 }

@@ -12,6 +12,7 @@
 
 #include "client_fw/experiments/sweep/experiment.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -41,14 +42,14 @@ int RunSweeps(const SweepOptions& options) {
     const std::vector<SweepPoint> points =
         RunSweep(sweep, Swept(), options.curve, options.seeds, [&] {
           if (isatty(STDERR_FILENO) != 0) {
-            fmt::print(stderr, "\r{:60}\r{}: point {}", "", sweep.name, ++done);
+            fmt::print(Unescaped(stderr), "\r{:60}\r{}: point {}", "", sweep.name, ++done);
             std::fflush(stderr);
           }
         });
     all.insert(all.end(), points.begin(), points.end());
   }
   if (isatty(STDERR_FILENO) != 0) {
-    fmt::print(stderr, "\r{:60}\r", "");
+    fmt::print(Unescaped(stderr), "\r{:60}\r", "");
   }
   const std::string csv = ToCsv(all);
   fmt::print("{}", csv);

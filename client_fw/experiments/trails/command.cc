@@ -23,6 +23,7 @@
 #include "client_fw/experiments/trails/timetable.h"
 #include "client_fw/experiments/trails/trips.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -138,14 +139,13 @@ class TrailsStatusLine {
       answered += std::exchange(answers_[i], answers) != answers ? 1u : 0u;
     }
     const TrailsLedger& ledger = moment.ledger;
-    fmt::print(
-        "{}{:7.1f} s  {} of {} robots got answers  {} round trips  {} deposits of {} units"
-        "  on A {}, on B {}  {} refusals{}",
-        terminal_ ? "\r" : "", static_cast<double>(moment.time_ms) / 1000, answered,
-        answers_.size(), ledger.trips(), ledger.deposits().size(), ledger.deposited(),
-        ledger.robots_on(BenchTrail::kA), ledger.robots_on(BenchTrail::kB), ledger.refusals(),
-        terminal_ ? "\x1b[K" : "\n");
-    std::fflush(stdout);
+    fmt::print(Unescaped(stdout),
+               "{}{:7.1f} s  {} of {} robots got answers  {} round trips  {} deposits of {} units"
+               "  on A {}, on B {}  {} refusals{}",
+               terminal_ ? "\r" : "", static_cast<double>(moment.time_ms) / 1000, answered,
+               answers_.size(), ledger.trips(), ledger.deposits().size(), ledger.deposited(),
+               ledger.robots_on(BenchTrail::kA), ledger.robots_on(BenchTrail::kB),
+               ledger.refusals(), terminal_ ? "\x1b[K" : "\n");
   }
   void End() const { fmt::print("{}", terminal_ ? "\n" : ""); }
 
@@ -236,11 +236,11 @@ int RunSweep(const TrailsOptions& options, const TrailsBench& bench) {
   const Result<std::vector<LockInRow>> rows =
       CountLockIn(bench, cases, options.seeds, [&](size_t done) {
         if (progress) {
-          fmt::print(stderr, "\r{} of {} runs\x1b[K", done, runs);
+          fmt::print(Unescaped(stderr), "\r{} of {} runs\x1b[K", done, runs);
         }
       });
   if (progress) {
-    fmt::print(stderr, "\r\x1b[K");
+    fmt::print(Unescaped(stderr), "\r\x1b[K");
   }
   if (!rows.ok()) {
     return Fail(rows.error(), kFailed);

@@ -4,9 +4,17 @@
 
 #include <algorithm>
 
+#include "server/base/escape.h"
+
 namespace pheromone::ctl {
 
-void PrintTable(const std::vector<std::vector<std::string>>& rows) {
+void PrintTable(std::vector<std::vector<std::string>> rows) {
+  // Here and not only where it is printed: a newline in a name would make a row.
+  for (auto& row : rows) {
+    for (std::string& cell : row) {
+      cell = EscapeControls(cell, "");
+    }
+  }
   std::vector<size_t> widths(rows.front().size());
   for (const auto& row : rows) {
     for (size_t i = 0; i < row.size(); ++i) {

@@ -14,7 +14,9 @@
 #include <optional>
 #include <string_view>
 
+#include "server/base/escape.h"
 #include "server/base/percent.h"
+#include "server/base/standard_output.h"
 #include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/screen.h"
 
@@ -188,7 +190,10 @@ Frame MakeFrame(const ServerOptions& options, const WatchOptions& watch) {
       TextAt(field.value, "pheromone"), picture.maximum, picture.cell_m, robots,
       robots == 1 ? "" : "s", nowhere == 0 ? "" : fmt::format(", {} without a position", nowhere),
       NumberAt(field.value, "field_time_s"));
+  // The map's colours are written as they are; the name is the server's.
+  status = EscapeControls(status, "");
   status.resize(std::min(status.size(), static_cast<size_t>(size.columns)));
+  status.resize(status.size() - UnfinishedAtEnd(status));
   return {0, Draw(picture, map_size, ColoursOf(watch)) + status + '\n'};
 }
 
@@ -212,7 +217,7 @@ void Catch(int signal, void (*handler)(int)) {
 int Watch(const ServerOptions& options, const WatchOptions& watch) {
   Frame frame = MakeFrame(options, watch);
   if (frame.exit_status != 0 || watch.once) {
-    fmt::print("{}", frame.text);
+    fmt::print(Unescaped(stdout), "{}", frame.text);
     return frame.exit_status;
   }
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {

@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "server/base/file.h"
+#include "server/base/standard_output.h"
 #include "server/core/petri/check.h"
 #include "server/formats/nets/core_net.h"
 #include "server/formats/nets/dot.h"
@@ -74,9 +75,8 @@ class ProgressLine {
     if (isatty(STDERR_FILENO) == 1 && seconds >= next_) {
       next_ = seconds + 1;
       shown_ = true;
-      std::cerr << fmt::format("\r{} states, {} expanded, {:.0f} states/s ", states, expanded,
-                               static_cast<double>(states) / seconds)
-                << std::flush;
+      fmt::print(Unescaped(stderr), "\r{} states, {} expanded, {:.0f} states/s ", states, expanded,
+                 static_cast<double>(states) / seconds);
     }
     return true;
   }
