@@ -10,6 +10,7 @@
 #include "server/base/command_line.h"
 #include "server/base/program.h"
 #include "server/operators/ctl/command_line.h"
+#include "server/operators/ctl/server_socket.h"
 
 namespace pheromone::ctl {
 namespace {

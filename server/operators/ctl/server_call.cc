@@ -1,9 +1,11 @@
 #include "server/operators/ctl/server_call.h"
 
 #include <fmt/format.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -22,6 +24,9 @@
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 
+#include "server/base/escape.h"
+#include "server/operators/ctl/server_socket.h"
+
 namespace pheromone::ctl {
 namespace {
 
@@ -38,20 +43,38 @@ constexpr int kBadRequest = 400;
 struct Exchange {
   beast::error_code connecting;
   beast::error_code talking;
+  Status trusted = Ok();
   int status = 0;
   std::string body;
 };
 
-asio::awaitable<void> Talk(const std::string& socket, http::request<http::string_body> request,
+// Whoever serves the socket is who listened: another file may have taken its place since it was
+// chosen.
+Status CheckServer(const ServerSocket& socket, int descriptor) {
+  ucred server{};
+  socklen_t size = sizeof server;
+  if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &server, &size) != 0) {
+    return Error{socket.path + ": " + std::generic_category().message(errno)};
+  }
+  return CheckOwner(socket.path, "is served by", server.uid);
+}
+
+asio::awaitable<void> Talk(const ServerSocket& socket, http::request<http::string_body> request,
                            Exchange* exchange) {
   const auto into = [](beast::error_code* error) {
     return asio::redirect_error(asio::use_awaitable, *error);
   };
   beast::basic_stream<Local> stream(co_await asio::this_coro::executor);
   stream.expires_after(kPatience);
-  co_await stream.async_connect(Local::endpoint(socket), into(&exchange->connecting));
+  co_await stream.async_connect(Local::endpoint(socket.path), into(&exchange->connecting));
   if (exchange->connecting) {
     co_return;
+  }
+  if (socket.is_found) {
+    exchange->trusted = CheckServer(socket, stream.socket().native_handle());
+    if (!exchange->trusted.ok()) {
+      co_return;
+    }
   }
   co_await http::async_write(stream, request, into(&exchange->talking));
   // A server that refuses early may have answered although not everything could be sent.
@@ -97,34 +120,23 @@ std::string WordsOf(const Exchange& exchange) {
   std::string words = text("where");
   words += (words.empty() ? "" : ": ") + text("what");
   const std::string expected = text("expected");
-  return words + (expected.empty() ? "" : ", expected " + expected);
+  return EscapeControls(words + (expected.empty() ? "" : ", expected " + expected), "");
 }
 
-}  // namespace
-
-int Fail(int exit_status, const std::string& words) {
-  std::cerr << "pheromonectl: " << words << '\n';
-  return exit_status;
-}
-
-std::string DefaultSocket() {
-  if (const char* named = std::getenv("PHEROMONE_SOCKET"); named != nullptr && *named != '\0') {
-    return named;
+void AnnounceChange(const ServerSocket& socket) {
+  static bool announced = false;
+  if (!announced && !socket.is_named && isatty(STDERR_FILENO) != 0) {
+    std::error_code ignored;
+    std::cerr << "pheromonectl: to the server at "
+              << std::filesystem::absolute(socket.path, ignored).string() << '\n';
   }
-  std::error_code ignored;
-  return std::filesystem::is_socket("pheromoned.sock", ignored) ? "pheromoned.sock"
-                                                                : SocketOf("pheromoned");
+  announced = true;
 }
 
-std::string SocketOf(const std::string& instance) {
-  return "/run/pheromone/" + instance + "/pheromoned.sock";
-}
-
-Reply Ask(const ServerOptions& options, std::string_view method, const std::string& target,
-          const std::string& body) {
-  const std::string socket = options.socket.empty() ? DefaultSocket() : options.socket;
-  if (socket.size() > 107) {
-    return {kUsage, "", socket + ": too long for a Unix socket"};
+Reply AskAt(const ServerSocket& socket, std::string_view method, const std::string& target,
+            const std::string& body) {
+  if (socket.path.size() > 107) {
+    return {kUsage, "", socket.path + ": too long for a Unix socket"};
   }
   http::request<http::string_body> request;
   request.method_string({method.data(), method.size()});
@@ -143,18 +155,35 @@ Reply Ask(const ServerOptions& options, std::string_view method, const std::stri
   asio::co_spawn(io, Talk(socket, std::move(request), &exchange), asio::detached);
   io.run();
   if (exchange.connecting) {
-    return {kNoServer, "", Advice(socket, exchange.connecting)};
+    return {kNoServer, "", Advice(socket.path, exchange.connecting)};
+  }
+  if (!exchange.trusted.ok()) {
+    return {kNoServer, "", exchange.trusted.error()};
   }
   if (exchange.talking) {
-    return {
-        kNoServer, "",
-        fmt::format("the server at {} does not answer: {}", socket, exchange.talking.message())};
+    return {kNoServer, "",
+            fmt::format("the server at {} does not answer: {}", socket.path,
+                        exchange.talking.message())};
   }
   if (exchange.status != 200) {
     const int exit_status = exchange.status == kBadRequest ? kUsage : kFailed;
     return {exit_status, "", WordsOf(exchange)};
   }
   return {0, std::move(exchange.body)};
+}
+
+}  // namespace
+
+int Fail(int exit_status, const std::string& words) {
+  std::cerr << "pheromonectl: " << words << '\n';
+  return exit_status;
+}
+
+Reply Ask(const ServerOptions& options, std::string_view method, const std::string& target,
+          const std::string& body) {
+  const Result<ServerSocket> socket = ChooseSocket(options.socket);
+  return socket.ok() ? AskAt(socket.value(), method, target, body)
+                     : Reply{kNoServer, "", socket.error()};
 }
 
 Result<json::value> AskJson(const ServerOptions& options, std::string_view method,
@@ -173,7 +202,14 @@ Result<json::value> AskJson(const ServerOptions& options, std::string_view metho
 
 Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
            const std::string& body) {
-  Reply reply = Ask(options, method, target, body);
+  const Result<ServerSocket> socket = ChooseSocket(options.socket);
+  if (!socket.ok()) {
+    return {Fail(kNoServer, socket.error()), "", socket.error()};
+  }
+  if (method != "GET") {
+    AnnounceChange(socket.value());
+  }
+  Reply reply = AskAt(socket.value(), method, target, body);
   if (reply.exit_status != 0) {
     Fail(reply.exit_status, reply.error);
   }

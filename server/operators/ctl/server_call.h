@@ -26,16 +26,9 @@ int Fail(int exit_status, const std::string& words);
 
 /// The server's socket, and how its answers are shown.
 struct ServerOptions {
-  std::string socket;  ///< empty: DefaultSocket()
+  std::string socket;  ///< empty: see ChooseSocket (server_socket.h)
   bool json = false;   ///< as the server sent them
 };
-
-/// $PHEROMONE_SOCKET, or pheromoned.sock in the working directory if it exists, or
-/// /run/pheromone/pheromoned/pheromoned.sock.
-std::string DefaultSocket();
-
-/// The socket of the service configured by /etc/pheromone/NAME.toml.
-std::string SocketOf(const std::string& instance);
 
 struct Reply {
   int exit_status = 0;
@@ -51,7 +44,8 @@ Reply Ask(const ServerOptions& options, std::string_view method, const std::stri
 Result<boost::json::value> AskJson(const ServerOptions& options, std::string_view method,
                                    const std::string& target, const std::string& body = "");
 
-/// As Ask; an error is reported.
+/// As Ask; an error is reported. A terminal is told which server a change goes to, once, unless the
+/// command line names it.
 Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
            const std::string& body = "");
 

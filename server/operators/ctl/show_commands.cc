@@ -13,6 +13,7 @@
 #include "server/operators/ctl/capture_commands.h"
 #include "server/operators/ctl/halt_commands.h"
 #include "server/operators/ctl/json_read.h"
+#include "server/operators/ctl/server_socket.h"
 #include "server/operators/ctl/table.h"
 #include "server/operators/ctl/units.h"
 
@@ -117,6 +118,9 @@ int ShowStatus(const ServerOptions& options, bool with_hash) {
   const json::value& process = At(status, "process");
   fmt::print("pheromoned {}, up {}\n", TextAt(status, "version"),
              Duration(NumberAt(status, "uptime_s")));
+  if (const Result<ServerSocket> socket = ChooseSocket(options.socket); socket.ok()) {
+    fmt::print("socket    {}\n", socket.value().path);
+  }
   if (const std::string warning = TextAt(status, "warning"); !warning.empty()) {
     fmt::print("WARNING   {}\n", warning);
   }

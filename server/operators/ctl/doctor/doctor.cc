@@ -21,6 +21,7 @@
 #include "server/operators/ctl/doctor/host_checks.h"
 #include "server/operators/ctl/doctor/server_checks.h"
 #include "server/operators/ctl/json_read.h"
+#include "server/operators/ctl/server_socket.h"
 
 namespace pheromone::ctl {
 namespace {
@@ -106,12 +107,16 @@ std::string ConfigFile(const std::optional<ServerViews>& views, const std::strin
 
 int Examine(const ServerOptions& options, const std::string& config_file) {
   Findings findings;
-  const std::string socket = options.socket.empty() ? DefaultSocket() : options.socket;
+  const Result<ServerSocket> chosen = ChooseSocket(options.socket);
+  const std::string socket = chosen.ok() ? chosen.value().path : "";
   const std::string service = ServiceOf(socket);
   Place place;
-  place.server = ProcessBehind(socket);
+  place.server = chosen.ok() ? ProcessBehind(socket) : std::nullopt;
   std::optional<ServerViews> views;
-  if (!place.server) {
+  if (!chosen.ok()) {
+    findings.Fault(kServer, "socket", chosen.error(),
+                   "Specify a running server with --instance or --socket.");
+  } else if (!place.server) {
     TellNoServer(socket, errno, &findings);
   } else if ((views = AskServer(options, &findings))) {
     findings.Ok(kServer, "socket " + socket, DescribeProcess(*place.server));

@@ -5,7 +5,6 @@
 #include <grp.h>
 #include <netdb.h>
 #include <netinet/in.h>
-#include <pwd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
@@ -28,6 +27,7 @@
 #include "server/base/holders.h"
 #include "server/config/describe.h"
 #include "server/config/folders.h"
+#include "server/operators/ctl/server_socket.h"
 #include "server/operators/ctl/units.h"
 
 namespace pheromone::ctl {
@@ -46,11 +46,6 @@ constexpr std::time_t kClockSlack = 60;
 
 std::string NameOfFile(const Place& place) {
   return place.config_file.empty() ? "the default configuration" : place.config_file;
-}
-
-std::string UserName(uid_t id) {
-  const passwd* user = getpwuid(id);
-  return user != nullptr ? user->pw_name : std::to_string(id);
 }
 
 // The last that exists of a path and the folders that it is in.
