@@ -243,6 +243,25 @@ class TextOfServersTest(Folder):
                                      .replace(b"\r", b""), colours)
 
 
+class CompletionTest(Folder):
+    NAMES = ("$(touch${IFS}mine)", "`touch${IFS}mine`", "a;touch${IFS}mine", "plain-7", "*", "a'b")
+    # Completes `pheromonectl --link ` and, as if the line were entered, reads each word again.
+    DRIVER = """source "$1"; COMP_WORDS=("$2" --link ""); COMP_CWORD=2; _pheromonectl
+eval "printf '%s\\n' ${COMPREPLY[*]}"
+"""
+
+    def test_a_name_runs_no_command(self):
+        links = json.dumps({"links": [{"name": it} for it in self.NAMES]}).encode()
+        self.fake(lambda *_: (200, links))
+        result = subprocess.run(
+            ["bash", "-c", self.DRIVER, "bash", ROOT / "deploy/completion/pheromonectl",
+             BIN / "pheromonectl"], cwd=self.folder, text=True, capture_output=True, check=True,
+            env={"PATH": "/usr/bin:/bin", "PHEROMONE_SOCKET": "fake.sock"})
+        self.assertEqual(result.stderr, "")
+        self.assertEqual(result.stdout.splitlines(), list(self.NAMES))
+        self.assertFalse((self.folder / "mine").exists())
+
+
 class TextOfFilesTest(Folder):
     def test_names_in_files_and_on_the_command_line(self):
         bad = b"\x1b]0;mine\x07\xc2\x9b5m\xe2\x80\xae\x9b\xff"
