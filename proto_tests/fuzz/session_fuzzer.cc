@@ -72,7 +72,6 @@ class Bench {
         [this](Request request, const Respond& respond) {
           ++requests_;
           Expect(request.client == "192.0.2.7");
-          has_head_ |= request.method == "HEAD";
           api_.Handle(std::move(request), respond);
         },
         &upgrades_);
@@ -93,6 +92,7 @@ class Bench {
   }
 
   void Send(std::string_view piece) {
+    sent_ += piece;
     while (!piece.empty()) {
       const ssize_t sent = send(client_, piece.data(), piece.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       if (sent <= 0) {
@@ -147,7 +147,7 @@ class Bench {
     Expect(answers <= requests_ + handshakes_ + 1);
     Expect(answers_.empty() || answers_.starts_with("HTTP/1."));
     // Answers to HEAD announce a body that does not come, and who does not read loses the rest.
-    Expect(left.empty() || has_head_ || !reads_ || is_stopped_);
+    Expect(left.empty() || sent_.find("HEAD") != std::string::npos || !reads_ || is_stopped_);
   }
 
  private:
@@ -173,7 +173,7 @@ class Bench {
   size_t requests_ = 0;
   size_t handshakes_ = 0;
   const bool reads_;
-  bool has_head_ = false;
+  std::string sent_;
   bool is_stopped_ = false;
   bool has_ended_ = false;
   std::string answers_;
