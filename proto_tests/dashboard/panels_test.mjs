@@ -250,7 +250,7 @@ async function events(browser) {
   await post('goto', {link: 'radio-a', id: 1, x_m: 6.5, y_m: 8.25});
   await post('goto', {link: 'radio-a', id: 1, cancel: true});
   await shown('web 127.0.0.1: painted "trail" at \\(2, 9\\)$');
-  await shown('web 127.0.0.1: paint: refused, found "no such"$');
+  await shown('web 127.0.0.1: paint: refused, found "no such"warning$');
   await shown('web 127.0.0.1: robot radio-a 1: sent to a goal at \\(6.5, 8.25\\)$');
   await shown('web 127.0.0.1: robot radio-a 1: goal cancelled$');
   check(!/painted "no such/.test(await page.textContent('#events')), 'what was refused is told as done');
