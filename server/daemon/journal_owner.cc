@@ -46,8 +46,10 @@ class RecoveryReport {
     if (now_us < next_us_) {
       return;
     }
-    const std::string text = fmt::format("reading the journal: {} of {} MiB, {} changes replayed",
-                                         now.bytes_done >> 20, now.bytes_total >> 20, now.events);
+    const auto mib = [](uint64_t bytes) { return static_cast<double>(bytes) / (1 << 20); };
+    const std::string text =
+        fmt::format("reading the journal: {:.2f} of {:.2f} MiB, {} changes replayed",
+                    mib(now.bytes_done), mib(now.bytes_total), now.events);
     service_manager::Starting(text);
     if (next_us_ != 0) {
       spdlog::info("{}: {}", folder_, text);
@@ -177,8 +179,12 @@ void JournalOwner::MakeSnapshots() {
       snapshot_due_ = false;
       asked.swap(asked_);
     }
-    const Result<std::string> made =
-        stopping ? Result<std::string>(Error{"the server is stopping"}) : MakeSnapshot();
+    Result<std::string> made = Error{"the server is stopping"};
+    if (!stopping) {
+      journal_->SnapshotBegins();
+      made = MakeSnapshot();
+      journal_->SnapshotEnds(made.ok());
+    }
     if (made.ok()) {
       spdlog::log(asked.empty() ? spdlog::level::debug : spdlog::level::info,
                   "journal: snapshot {}", made.value());

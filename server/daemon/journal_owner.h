@@ -74,6 +74,9 @@ class JournalOwner {
   /// one thread.
   void ReportStall();
 
+  /// As LocalJournal::IsBehind; any thread.
+  bool IsBehind() const { return journal_ != nullptr && journal_->IsBehind(); }
+
   /// Nothing if nothing is kept.
   std::optional<journal::JournalStatus> status() const;
 

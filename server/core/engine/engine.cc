@@ -140,6 +140,7 @@ void Engine::Apply(uint64_t sequence, const Stamp& stamp, const Event& event,
              },
              event);
   nets_.Notice(Now());
+  cost_ = kCostOfEvent + field_.TakeCost();
 }
 
 std::optional<GoalEnded> Engine::Arrival(const Stamp& stamp, LinkIndex link,

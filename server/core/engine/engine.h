@@ -99,6 +99,9 @@ class Engine {
   /// of their events. Whether there is memory for all of an edit shows only when it is made; if
   /// not, nothing was changed. Not part of the state.
   const std::vector<field::FinishedWork>& finished() const { return finished_; }
+  /// What the last Apply did, in nodes of the map that an edit sets in that time: exact, and the
+  /// same in each replay. Not part of the state.
+  uint64_t cost() const { return cost_; }
   /// For a state that was put together from edits: none of them can be undone, or is told as
   /// forgotten. Not an event.
   void ForgetEdits() { field_.ForgetEdits(); }
@@ -150,6 +153,7 @@ class Engine {
     return {config, robots(), tags(), epoch_, sequence_, field_time_ms_, last_stamp_.utc_ms};
   }
   Context Now() const { return Now(config_); }
+  static constexpr uint64_t kCostOfEvent = 64;  // of reading it, and of all but the map
   static protocol::Reason FaultOf(const protocol::Message& message);
 
   void On(const RequestReceived& request, const Output& out);
@@ -169,6 +173,7 @@ class Engine {
   uint64_t field_time_ms_ = 0;
   uint64_t sequence_ = 0;
   std::vector<field::FinishedWork> finished_;
+  uint64_t cost_ = 0;
   Stamp last_stamp_;
 };
 

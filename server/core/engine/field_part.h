@@ -33,6 +33,7 @@ class FieldPart {
 
   /// As in Field.
   bool busy() const { return field_ != nullptr && field_->busy(); }
+  uint64_t TakeCost() { return field_ != nullptr ? field_->TakeCost() : 0; }
   bool ReleaseMemory() { return field_ != nullptr && field_->ReleaseMemory(); }
 
   Status CheckConfig(const Context& context, const EngineConfig& next,

@@ -36,7 +36,7 @@ TEST(FrozenState, IsWhatSaveWouldHaveGivenWhateverHappensMeanwhile) {
     };
     for (int round = 0; round < 5; ++round) {
       some(200);
-      // Not while a change of the map is made in portions, nor must a caller wait for long.
+      // Not while a large configuration is laid, nor must a caller wait for long.
       const auto is_busy = [&] { return engine.Freeze(FrozenState::kMaxKeptBytes) == nullptr; };
       constexpr int kMaxPortions = 2'000;
       for (int portion = 0; is_busy() && portion < kMaxPortions; ++portion) {

@@ -274,6 +274,7 @@ bool Field::SweepPortion(uint64_t now_ms, int tiles) {
     const bool wanted = law != nullptr && law->tau_ms != 0 && layer.tile_count() != 0;
     if (wanted) {
       const int in_leaf = static_cast<int>(layer.tiles_in_leaf(sweep_.leaf));
+      cost_ += static_cast<uint64_t>(in_leaf) * kCostOfSweptTile;
       work -= in_leaf != 0 ? kLeaf + in_leaf * kTile : kNoLeaf;
       SweepLeaf(*law, sweep_.leaf, now_ms);
     }
@@ -316,6 +317,7 @@ void Field::StepDiffusion(uint64_t now_ms) {
     const uint64_t made = std::min(steps, kStepsAtOnce);
     for (uint64_t i = 0; i < made; ++i) {
       layer.Step(law.diffusion, obstacles);
+      cost_ += layer.tile_count() * kCostOfStep;
     }
     layer.Decay(law.diffusion, steps - made);
     stepped_ms += steps * law.diffusion.step_ms;

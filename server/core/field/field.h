@@ -26,6 +26,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "server/base/bytes.h"
@@ -116,7 +117,8 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   /// how far the sweep and the steps are, which tables have memory.
   void Save(ByteWriter* writer) const;
   /// The same as it is now, to be copied in portions (frozen_field.h). At most one at a time; while
-  /// there is one, null. What is changed before it was copied is kept: up to `most_kept_bytes`.
+  /// there is one, or paths and rasters of a large configuration are being laid, null. Edits are in
+  /// nobody's way: they might never end. What is changed before it was copied is kept: up to `most_kept_bytes`.
   std::unique_ptr<FrozenField> Freeze(uint64_t most_kept_bytes) const;
   /// A field that continues as the saved one would have, to the bit. Null, and a failure of the
   /// reader, if this cannot be the state of a field with that configuration.
@@ -170,6 +172,11 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
     std::move(finished_.begin(), finished_.end(), std::back_inserter(*to));
     finished_.clear();
   }
+
+  /// What the field did since the last call, as the number of nodes that an edit sets in that time:
+  /// exact, and the same in each replay. For the log, which weighs how long a replay takes. Not part
+  /// of the state.
+  uint64_t TakeCost() { return std::exchange(cost_, 0); }
 
   /// Why `next` cannot replace the configuration, if it cannot: another geometry, a pheromone that
   /// goes while some of it is left on the map, or new paths for which there is no memory.
@@ -340,6 +347,11 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   void Finish(Status outcome);
   void RebasePortion();
 
+  // In nodes that are set: a tile whose nodes are looked at, rewritten, or make a step.
+  static constexpr uint64_t kCostOfSweptTile = 8;
+  static constexpr uint64_t kCostOfRebasedTile = 64;
+  static constexpr uint64_t kCostOfStep = 8;
+
   // reverse.cc
   static constexpr int64_t kWorkOfNode = 64;
   uint64_t RowsOfTiles() const {
@@ -347,10 +359,10 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   }
   template <typename HasTiles, typename VisitRow>
   bool VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles,
-                 VisitRow&& visit_row) const;
+                 VisitRow&& visit_row);
   template <typename Visit, typename EndSheet>
   bool VisitSheets(EditHistory::Entry* entry, uint64_t* position, Visit&& visit,
-                   EndSheet&& end_sheet) const;
+                   EndSheet&& end_sheet);
   bool ReserveForReverse(Work* work, uint64_t now_ms);
   bool ApplyReverse(Work* work, uint64_t now_ms);
   NodeState StateOf(const PheromoneLaw& law, NodeIndex node, uint64_t now_ms) const;
@@ -374,6 +386,7 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   std::deque<Work> works_;                     // the first one is under way
   std::vector<FinishedWork> finished_;
   std::array<uint64_t, kTypes> changes_{};
+  uint64_t cost_ = 0;  // since TakeCost
   bool is_rebasing_ = false;  // nodes of earlier laws may be left, from here on:
   uint8_t rebase_type_ = 1;
   int32_t rebase_row_ = 0;                 // kLeafSide rows of tiles for each leaf

@@ -8,7 +8,10 @@
 namespace pheromone::field {
 
 std::unique_ptr<FrozenField> Field::Freeze(uint64_t most_kept_bytes) const {
-  if (frozen_ != nullptr || !works_.empty()) {
+  const bool is_large = std::any_of(works_.begin(), works_.end(), [](const Work& work) {
+    return work.plan != nullptr && work.plan->size() > kNodesOfPortion;
+  });
+  if (frozen_ != nullptr || is_large) {
     return nullptr;
   }
   std::unique_ptr<FrozenField> frozen(new FrozenField(this, most_kept_bytes));

@@ -2,7 +2,7 @@
 // bytes are exactly those that Field::Save would have written when it was frozen.
 //
 //   std::unique_ptr<FrozenField> frozen = field.Freeze(64 << 20);   // null: there is one, or a
-//                                                                 // change is under way
+//                                                                 // large configuration is laid
 //   while (frozen->CopySome(&bytes)) { ... }                        // the field may change between
 //   if (frozen->failed()) ...                                       // try again
 //

@@ -178,6 +178,30 @@ TEST(FrozenField, ThereIsOneAtATimeAndAnotherOneAfterIt) {
   EXPECT_NE(field.Freeze(kMuch), nullptr) << "a copy that is complete is in nobody's way";
 }
 
+// Otherwise operators who edit without a pause would have no snapshot made, and no recovery would
+// end.
+TEST(FrozenField, AnEditInProgressIsCopiedToo) {
+  FieldConfig config = Config();
+  config.map = {{0, 0}, 20'000'000, 20'000'000, 100'000};
+  Field field(config);
+  FieldEdit edit;
+  edit.type = config.pheromones.front().type;
+  edit.level = kLevelsPerQuantum;
+  edit.points = {{0, 0}, {20'000'000, 20'000'000}};
+  field.BeginEdit(7, edit, nullptr, 1'000);
+  field.BeginEdit(8, edit, nullptr, 1'000);
+  ASSERT_TRUE(field.busy());
+  const std::string expected = Saved(field);
+  const std::unique_ptr<FrozenField> frozen = field.Freeze(kMuch);
+  ASSERT_NE(frozen, nullptr);
+  std::string copied;
+  while (frozen->CopySome(&copied, 1)) {
+    field.Advance(1'000);
+  }
+  EXPECT_FALSE(frozen->failed());
+  EXPECT_TRUE(copied == expected);
+}
+
 TEST(FrozenField, FailsWhenMoreIsChangedThanMayBeKept) {
   Traffic traffic(5);
   Field field(Config());

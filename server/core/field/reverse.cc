@@ -43,7 +43,7 @@ void Field::BeginReverse(uint64_t id, bool redo, uint64_t now_ms) {
 // of the portion goes: it returns how many nodes it visited. True if there are no more.
 template <typename HasTiles, typename VisitRow>
 bool Field::VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles,
-                      VisitRow&& visit_row) const {
+                      VisitRow&& visit_row) {
   constexpr int kRow = kWorkOfNode / 4;
   const uint64_t end = RowsOfTiles();
   while (*position < end) {
@@ -56,7 +56,9 @@ bool Field::VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles,
       *left -= 1;
       continue;
     }
-    *left -= kRow + kWorkOfNode * visit_row(leaf, static_cast<int32_t>(*position % kLeafSide));
+    const int nodes = visit_row(leaf, static_cast<int32_t>(*position % kLeafSide));
+    *left -= kRow + kWorkOfNode * nodes;
+    cost_ += 1 + static_cast<uint64_t>(nodes);
     ++*position;
   }
   return true;
@@ -67,7 +69,7 @@ bool Field::VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles,
 // returns false, nothing more is done. True if there are no more.
 template <typename Visit, typename EndSheet>
 bool Field::VisitSheets(EditHistory::Entry* entry, uint64_t* position, Visit&& visit,
-                        EndSheet&& end_sheet) const {
+                        EndSheet&& end_sheet) {
   const uint64_t rows = RowsOfTiles();
   int64_t left = kNodesOfPortion * kWorkOfNode;
   while (*position < rows * entry->sheets.size()) {
@@ -171,6 +173,7 @@ void Field::SetForEdit(Work* work, const PheromoneLaw& law, NodeIndex node, uint
                                : EditInfo{work->id, work->utc_ms,     false,
                                           law.type, work->edit.shape, work->edit.action};
     work->is_recorded = history_.Record(info, work->edit.continues, law, node, before);
+    ++cost_;
   }
   Replace(work, law, node, before, next, now_ms);
 }

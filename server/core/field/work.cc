@@ -34,6 +34,7 @@ void Field::BeginEdit(uint64_t id, const FieldEdit& edit, std::shared_ptr<const 
   if (work.raster == nullptr) {
     work.raster = std::make_shared<const Raster>(RasterFor(edit, config().map).value());
   }
+  cost_ += static_cast<uint64_t>(work.raster->steps);
   works_.push_back(std::move(work));
   if (works_.size() == 1) {
     MakePortion(now_ms);
@@ -103,6 +104,7 @@ bool Field::ReserveForEdit(Work* work, uint64_t now_ms) {
     return std::pair(tile.column / kLeafSide, tile.row / kLeafSide);
   };
   const uint64_t end = std::min<uint64_t>(tiles.size(), work->counted + kTilesCountedAtOnce);
+  cost_ += end - work->counted;
   for (; work->counted < end; ++work->counted) {
     const TileIndex tile = tiles[work->counted];
     const bool leaf_counted =
@@ -149,6 +151,7 @@ bool Field::ApplyEdit(Work* work, uint64_t now_ms) {
   }
   const PheromoneLaw& law = *FindLaw(edit.type);
   const std::vector<NodeRun>& runs = work->raster->runs;
+  const uint64_t done_before = work->done;
   budget_.reservation = &work->reserved_bytes;
   for (int left = kNodesOfPortion; left > 0 && work->run < runs.size(); --left) {
     const NodeRun& run = runs[work->run];
@@ -170,11 +173,13 @@ bool Field::ApplyEdit(Work* work, uint64_t now_ms) {
     }
   }
   budget_.reservation = nullptr;
+  cost_ += work->done - done_before;
   return work->run == runs.size();
 }
 
 bool Field::ApplyPlan(Work* work, uint64_t now_ms) {
   const LayPlan& plan = *work->plan;
+  const uint64_t done_before = work->done;
   budget_.reservation = &work->reserved_bytes;
   int left = kNodesOfPortion;
   for (; left > 0 && work->done < plan.erase.size(); --left, ++work->done) {
@@ -197,6 +202,7 @@ bool Field::ApplyPlan(Work* work, uint64_t now_ms) {
     begin += nodes.size();
   }
   budget_.reservation = nullptr;
+  cost_ += work->done - done_before;
   return work->done == begin;
 }
 
@@ -218,12 +224,14 @@ void Field::RebasePortion() {
       continue;
     }
     const PheromoneLaw& law = *setup.law[rebase_type_];
-    left -= layer.ForEachInLeafRow(leaf, rebase_row_ % kLeafSide,
-                                   [&](NodeIndex node, NodeState stored) {
-                                     if (stored.time_ms < change->at_ms) {
-                                       Store(law, node, Rebased(change, law, stored), 0);
-                                     }
-                                   });
+    const int tiles = layer.ForEachInLeafRow(
+        leaf, rebase_row_ % kLeafSide, [&](NodeIndex node, NodeState stored) {
+          if (stored.time_ms < change->at_ms) {
+            Store(law, node, Rebased(change, law, stored), 0);
+          }
+        });
+    left -= tiles;
+    cost_ += static_cast<uint64_t>(tiles) * kCostOfRebasedTile;
     ++rebase_row_;
   }
   if (rebase_type_ == kTypes) {

@@ -56,6 +56,7 @@ void LocalJournal::WriteUntilStopped() {
 }
 
 bool LocalJournal::WriteOnce() {
+  CallForSnapshot();
   {
     const std::lock_guard lock(mutex_);
     LookForRotation();
@@ -112,6 +113,18 @@ void LocalJournal::LookForRotation() {
   const bool time_is_up = clock_() - snapshot_us_ >= settings_.snapshot_ms * 1'000;
   rotation_due_ = rotation_due_ || written_bytes_ >= settings_.segment_bytes ||
                   (time_is_up && bytes_since_snapshot_ > 0);
+}
+
+// For what a replay would cost, no segment has to end: a snapshot may be of any moment.
+void LocalJournal::CallForSnapshot() {
+  bool is_due = false;
+  {
+    const std::lock_guard lock(mutex_);
+    is_due = pace_.IsDue(clock_());
+  }
+  if (is_due && on_snapshot_due_) {
+    on_snapshot_due_();
+  }
 }
 
 // Writes the next chunk of the queue, if there is one, and syncs if that is due. False if there is

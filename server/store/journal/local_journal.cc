@@ -26,6 +26,7 @@ LocalJournal::LocalJournal(Folder* folder, const JournalSettings& settings, Read
       tell_(std::move(tell)),
       appended_(start.sequence),
       durable_(start.certain),
+      pace_(settings.snapshot_cost, start.cost_since_snapshot),
       next_ordinal_(start.ordinal),
       synced_(start.certain),
       snapshot_us_(clock_()),
@@ -144,6 +145,11 @@ uint64_t LocalJournal::Append(const engine::Stamp& stamp, const engine::Event& e
   return appended_;
 }
 
+void LocalJournal::Account(uint64_t cost) {
+  const std::lock_guard lock(mutex_);
+  pace_.Add(cost);
+}
+
 uint64_t LocalJournal::DurableSequence() const {
   const std::lock_guard lock(mutex_);
   return DurableForClients();
@@ -192,6 +198,21 @@ void LocalJournal::WhenOnDisk(uint64_t sequence, std::function<void()> done) {
     }
   }
   done();
+}
+
+void LocalJournal::SnapshotBegins() {
+  const std::lock_guard lock(mutex_);
+  pace_.Begin(clock_());
+}
+
+void LocalJournal::SnapshotEnds(bool is_made) {
+  const std::lock_guard lock(mutex_);
+  pace_.End(clock_(), is_made);
+}
+
+bool LocalJournal::IsBehind() const {
+  const std::lock_guard lock(mutex_);
+  return pace_.IsBehind();
 }
 
 JournalStatus LocalJournal::status() const {

@@ -26,7 +26,7 @@
 // service's lock is not held meanwhile. The bytes of a large configuration are written ahead of it:
 // each group includes a fragment of them, so a robot's change waits for one fragment at most.
 //
-// Threads: Admit, Append, IsRotationDue and Rotate under the service's lock. WriteUntilStopped (or,
+// Threads: Admit, Append, Account, IsRotationDue and Rotate under the service's lock. WriteUntilStopped (or,
 // in tests, WriteOnce) in one thread of its own; everything else from any, WriteAhead from one
 // other than the writing one.
 #pragma once
@@ -48,6 +48,7 @@
 #include "server/store/journal/durable_note.h"
 #include "server/store/journal/folder.h"
 #include "server/store/journal/format.h"
+#include "server/store/journal/snapshot_pace.h"
 
 namespace pheromone::journal {
 
@@ -56,7 +57,10 @@ struct JournalSettings {
   uint64_t segment_bytes = uint64_t{64} << 20;   ///< the size at which a new segment is begun
   uint64_t queue_bytes = uint64_t{4} << 20;      ///< approximate limit of non-durable data
   uint64_t snapshot_bytes = uint64_t{64} << 20;  ///< a snapshot is due after this much log,
-  uint64_t snapshot_ms = 3'600'000;              ///< or after this much time with any log
+  uint64_t snapshot_ms = 3'600'000;              ///< or after this much time with any log,
+  /// or when a replay would cost this much (Engine::cost): a second on a PC, some seconds on a small
+  /// board. By SnapshotPace.
+  uint64_t snapshot_cost = uint64_t{1} << 25;
   size_t keep_snapshots = 2;
   uint64_t sync_interval_ms = 1'000;  ///< relaxed
   /// Larger events are written ahead, this much with each group. Below the reserved slack.
@@ -95,6 +99,7 @@ class LocalJournal final : public engine::OrderedLog {
     std::string tail;
     uint64_t ordinal = 1;               ///< of the next segment
     uint64_t bytes_since_snapshot = 0;  ///< of segments
+    uint64_t cost_since_snapshot = 0;   ///< of replaying them (Engine::cost)
     int64_t utc_ms = 0;                 ///< of the last event
   };
 
@@ -105,13 +110,15 @@ class LocalJournal final : public engine::OrderedLog {
   /// Called by the writing thread, without any lock, when more has become durable. To be set before
   /// anything is written.
   void OnDurable(std::function<void()> call) { on_durable_ = std::move(call); }
-  /// Called by the writing thread, without any lock, when a segment has ended and a snapshot is
-  /// due.
+  /// Called by the writing thread, without any lock, when a snapshot is due: a segment has ended
+  /// and there is enough log, or replaying it would take long. Until SnapshotBegins, it may be
+  /// called again.
   void OnSnapshotDue(std::function<void()> call) { on_snapshot_due_ = std::move(call); }
 
   Status WriteAhead(engine::Event* event) override;
   protocol::Reason Admit() override;
   uint64_t Append(const engine::Stamp& stamp, const engine::Event& event) override;
+  void Account(uint64_t cost) override;
   uint64_t DurableSequence() const override;
   bool IsRotationDue() const override;
   void Rotate(uint64_t state_hash) override;
@@ -123,6 +130,13 @@ class LocalJournal final : public engine::OrderedLog {
   /// Like WhenDurable, but waits for the disk in a relaxed journal too, and is not bounded: it is
   /// used for snapshots, one at a time.
   void WhenOnDisk(uint64_t sequence, std::function<void()> done);
+
+  /// To be called before the state is frozen for a snapshot, and when that is made or has failed.
+  void SnapshotBegins();
+  void SnapshotEnds(bool is_made);
+  /// Whether changes of the map come faster than snapshots: operators have to wait, so that a
+  /// recovery remains short.
+  bool IsBehind() const;
 
   JournalStatus status() const;
 
@@ -169,6 +183,7 @@ class LocalJournal final : public engine::OrderedLog {
   // The writing thread's.
   uint64_t WorkDueUs() const;  // under mutex_
   void LookForRotation();      // under mutex_
+  void CallForSnapshot();
   std::string RecordsOf(const Chunk& chunk) const;
   void TakePiece(std::string* piece);  // under mutex_
   void TellPiece(bool is_written);
@@ -210,6 +225,7 @@ class LocalJournal final : public engine::OrderedLog {
   bool stopped_ = false;
   std::vector<Waiter> waiters_;  // of them at most kMaxDurableWaiters not for the disk
   JournalStatus status_;
+  SnapshotPace pace_;
   ByteWriter scratch_;
   // A piece that waits for its group, and its result.
   enum class PieceState : uint8_t { kNone, kWaits, kIsWritten, kIsElsewhere, kFailed };

@@ -47,6 +47,7 @@ Status SetAside(Recovered* recovered, Folder* folder) {
   recovered->certain = recovered->sequence;
   recovered->tail.clear();
   recovered->bytes_since_snapshot = 0;
+  recovered->cost_since_snapshot = 0;
   return status.ok() ? folder->Sync() : status;
 }
 
@@ -84,7 +85,7 @@ Result<Opened> OpenJournal(Folder* folder, const JournalSettings& settings,
       folder, settings, std::move(clock), std::move(tell),
       LocalJournal::Start{recovered.sequence, recovered.certain, std::move(recovered.tail),
                           recovered.next_ordinal, recovered.bytes_since_snapshot,
-                          recovered.stamp.utc_ms});
+                          recovered.cost_since_snapshot, recovered.stamp.utc_ms});
   opened.journal->WriteOnce();
   return opened;
 }

@@ -303,6 +303,7 @@ class Recovery {
     out_.clear();
     result_.engine.Apply(record.sequence, record.stamp, event, &out_);
     ++progress_.events;
+    result_.cost_since_snapshot += result_.engine.cost();
     result_.sequence = record.sequence;
     result_.stamp = record.stamp;
     result_.ends_with_hash = false;

@@ -64,6 +64,7 @@ struct Recovered {
   uint64_t next_ordinal = 1;          ///< for the next segment
   uint64_t snapshot_sequence = 0;     ///< of the snapshot used; 0: none
   uint64_t bytes_since_snapshot = 0;  ///< of segments
+  uint64_t cost_since_snapshot = 0;   ///< of the events that were applied (Engine::cost)
   bool ends_orderly = false;          ///< closed by a server, and nothing follows
   bool ends_with_hash = false;        ///< and ends with the matching state hash
   /// Damaged snapshots, and all segments from the first damaged one on.

@@ -36,6 +36,11 @@ class OrderedLog {
   /// service's lock, right before the event is applied.
   virtual uint64_t Append(const Stamp& stamp, const Event& event) = 0;
 
+  /// What it took to apply that event (Engine::cost), which a replay repeats: the log makes a
+  /// snapshot before too much has come together. Under the service's lock, right after it was
+  /// applied.
+  virtual void Account(uint64_t /*cost*/) {}
+
   /// Whether the log wants to begin another segment before the next event; if so, Rotate gets the
   /// hash of the state after the last event, so that a reader of the log can verify its state.
   /// Under the service's lock.

@@ -277,6 +277,7 @@ uint64_t Service::AppendAndApply(const Stamp& stamp, const Event& event,
     awaited_works_.emplace(sequence, std::nullopt);
   }
   engine_.Apply(sequence, stamp, event, out);
+  log_->Account(engine_.cost());
   return sequence;
 }
 
@@ -408,6 +409,9 @@ Result<Service::Reversed> Service::Reverse(bool redo) {
 Result<Service::Finished> Service::Finish(uint64_t id) {
   // A large configuration alone fills the log's queue for a moment.
   int patience = between_portions_ ? kBusyPortions : 0;
+  if (between_portions_) {
+    between_portions_({});  // after the first portion: many small edits are as much as a large one
+  }
   for (;;) {
     std::vector<Outgoing> out;
     {

@@ -61,7 +61,7 @@ class Service {
   /// back. To be set before anything else is called.
   void OnEarlierDeadline(std::function<void()> wake) { wake_ = std::move(wake); }
 
-  /// Called between two portions of a large change, without the lock, to let other threads run and
+  /// Called after each portion of a change of the map, without the lock, to let other threads run and
   /// to send the messages of the last portion, such as due commands. To be set before anything else
   /// is called; without it, portions follow each other at once.
   using BetweenPortions = std::function<void(std::span<const Outgoing>)>;
