@@ -2,24 +2,33 @@
 """Recovery of a journal full of an operator's largest edits takes no longer than making them.
 
     recovery_time_test.py BIN_DIR [ROUNDS [POINTS]]      default: 20 rounds, strokes of 1000 points
+    recovery_time_test.py BIN_DIR worst SECONDS          the worst operators, for so long
 
 On a map of 10^7 nodes: lines, areas, rings and zigzags, each as large as an edit may be, painted and
 erased in turn; what the server refuses is left out. Then the server is killed. The next one has to
 find the same state, and in the time that the edits took from request to answer, beyond what it takes
 to start with an empty journal.
+
+The worst operators: three at once, without a pause, the largest brush strokes, areas, erasures, undo,
+redo and other laws, on a map of 10^7 nodes and on the default one. The server is killed at random
+moments about every minute. Each time the state has to be the same; in a run of ten minutes or more,
+snapshots have to be made although there is little log, and each recovery has to take 10 s at most.
 """
 
 import json
 import math
 import pathlib
+import random
 import shutil
+import signal
 import sys
 import tempfile
+import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from asking_robot import check  # noqa: E402
-from operated_daemon import OperatedDaemon  # noqa: E402
+from operated_daemon import OperatedDaemon, await_that  # noqa: E402
 from test_config import map_of, pheromone, pty, table  # noqa: E402
 
 PATIENCE_S = 3600  # of a server that takes minutes for an edit
@@ -116,7 +125,105 @@ def run(bin_dir, folder, rounds, points):
     check(started_s - empty_s <= made_s + SLACK_S, "recovery took longer than making")
 
 
+class WorstOperators:
+    """On one map, until all time is used up."""
+
+    LIFE_S = 60.0
+    LIMIT_S = 10.0
+    FROM_S = 600.0  # a run of this length is about time too
+
+    def __init__(self, bin_dir, folder, side_m, cell_m, radius_m):
+        self.bin_dir, self.folder = bin_dir, folder
+        self.side_m, self.cell_m, self.radius_m = side_m, cell_m, radius_m
+        self.write_config(7200)
+
+    def write_config(self, tau_s):
+        (self.folder / "test.toml").write_text(
+            map_of(self.side_m, self.side_m, cell_m=self.cell_m, bias_m=2 * self.cell_m, wide=True)
+            + pheromone(1, "paint", core_m=0.05, sigma_m=0.05, tau_s=tau_s) + pty("radio")
+            + table("journal", folder="state"), encoding="ascii")
+
+    def change(self, daemon, rng):
+        kind = rng.choice(["brush"] * 12 + ["area", "whole", "all", "reverse", "reverse", "law"])
+        x, y = rng.uniform(0, self.side_m), rng.uniform(0, self.side_m)
+        shape = {"brush": {"points_m": [[x, y], [min(self.side_m, x + self.radius_m), y]],
+                           "radius_m": self.radius_m},
+                 "area": {"area_m": [0, 0, x, y]},
+                 "whole": {"area_m": [0, 0, self.side_m, self.side_m]},
+                 "all": {"all": True}}.get(kind)
+        if kind == "law":
+            self.write_config(7200 + rng.randrange(100))
+            daemon.process.send_signal(signal.SIGHUP)
+        elif kind == "reverse":
+            daemon.call("POST", "/api/v1/" + rng.choice(["undo", "redo"]), {})
+        else:
+            action = "erase" if kind == "all" else rng.choice(["paint", "paint", "erase"])
+            daemon.call("POST", f"/api/v1/{action}", {"pheromone": "paint", **shape})
+
+    def snapshots(self):
+        return {path.name for path in (self.folder / "state").glob("*.snapshot")}
+
+    def live(self, daemon, seed, seconds):
+        """The state's hash, once nothing changes it any more."""
+        end = time.monotonic() + seconds
+
+        def operate(rng):
+            while time.monotonic() < end:
+                self.change(daemon, rng)
+        operators = [threading.Thread(target=operate, args=(random.Random(f"{seed}.{i}"),))
+                     for i in range(3)]
+        for thread in operators:
+            thread.start()
+        for thread in operators:
+            thread.join()
+        daemon.process.send_signal(signal.SIGHUP)  # two may have written the file at once
+        # What was not waited for goes on for a while; the last change of all is this one.
+        await_that(lambda: daemon.call("POST", "/api/v1/paint", {
+            "pheromone": "paint", "points_m": [[0, 0]], "radius_m": 0.1})[0] == 200, "an edit is made")
+        hashes = [None, state_hash(daemon)]
+
+        def is_still():
+            hashes[:] = [hashes[1], state_hash(daemon)]
+            return hashes[0] == hashes[1]
+        await_that(is_still, "the state stays", PATIENCE_S)
+        return hashes[1]
+
+    def run(self, seconds):
+        rng = random.Random(1)
+        longest_s, kills, seen = 0.0, 0, set()
+        daemon, _ = start(self.bin_dir, self.folder)
+        try:
+            end = time.monotonic() + seconds
+            while time.monotonic() < end:
+                life_s = rng.uniform(0.2, 1.8) * min(self.LIFE_S, seconds / 2)
+                made = self.live(daemon, kills, life_s)
+                seen |= self.snapshots()
+                daemon.kill()
+                daemon, took_s = start(self.bin_dir, self.folder)
+                longest_s, kills = max(longest_s, took_s), kills + 1
+                check(state_hash(daemon) == made, f"state {state_hash(daemon)}, not {made}")
+        finally:
+            daemon.kill()
+        print(f"{self.side_m} m: {kills} kills, {len(seen)} snapshots, the longest recovery took "
+              f"{longest_s:.2f} s", flush=True)
+        if seconds >= self.FROM_S:
+            check(seen, "no snapshot was made")
+            check(longest_s <= self.LIMIT_S, "a recovery took too long")
+
+
+def run_worst(bin_dir, folder, seconds):
+    for name, side_m, cell_m, radius_m in (("large", SIDE_M, 0.02, 4), ("default", 10.0, 0.1, 4)):
+        (folder / name).mkdir()
+        WorstOperators(bin_dir, folder / name, side_m, cell_m, radius_m).run(seconds)
+
+
 if __name__ == "__main__":
+    if sys.argv[2:3] == ["worst"]:
+        with tempfile.TemporaryDirectory() as temporary:
+            run_worst(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(temporary),
+                      float(sys.argv[3]))
+        print("ok")
+        sys.exit()
     numbers = [int(word) for word in sys.argv[2:]] + [20, 1000][len(sys.argv[2:]):]
     with tempfile.TemporaryDirectory() as temporary:
         run(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(temporary), *numbers)

@@ -112,8 +112,7 @@ class Daemon::Impl {
         front_end_(&control_, config_.Get().control, config_.Get().web) {
     service_.OnPortion([this](std::span<const engine::Outgoing> out) {
       router_.Deliver({out.begin(), out.end()});
-      std::this_thread::sleep_for(journal_->IsBehind() ? kBetweenPortionsBehind
-                                                       : kBetweenPortions);
+      std::this_thread::sleep_for(journal_->IsBehind() ? kBetweenPortionsBehind : kBetweenPortions);
     });
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
     service_.OnArrival([this](const engine::GoalEnded& arrival) {

@@ -118,7 +118,8 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   void Save(ByteWriter* writer) const;
   /// The same as it is now, to be copied in portions (frozen_field.h). At most one at a time; while
   /// there is one, or paths and rasters of a large configuration are being laid, null. Edits are in
-  /// nobody's way: they might never end. What is changed before it was copied is kept: up to `most_kept_bytes`.
+  /// nobody's way: they might never end. What is changed before it was copied is kept: up to
+  /// `most_kept_bytes`.
   std::unique_ptr<FrozenField> Freeze(uint64_t most_kept_bytes) const;
   /// A field that continues as the saved one would have, to the bit. Null, and a failure of the
   /// reader, if this cannot be the state of a field with that configuration.
@@ -174,8 +175,8 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   }
 
   /// What the field did since the last call, as the number of nodes that an edit sets in that time:
-  /// exact, and the same in each replay. For the log, which weighs how long a replay takes. Not part
-  /// of the state.
+  /// exact, and the same in each replay. For the log, which weighs how long a replay takes. Not
+  /// part of the state.
   uint64_t TakeCost() { return std::exchange(cost_, 0); }
 
   /// Why `next` cannot replace the configuration, if it cannot: another geometry, a pheromone that
@@ -358,8 +359,7 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
     return static_cast<uint64_t>(layers_.cells[1]->leaf_count()) * kLeafSide;
   }
   template <typename HasTiles, typename VisitRow>
-  bool VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles,
-                 VisitRow&& visit_row);
+  bool VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles, VisitRow&& visit_row);
   template <typename Visit, typename EndSheet>
   bool VisitSheets(EditHistory::Entry* entry, uint64_t* position, Visit&& visit,
                    EndSheet&& end_sheet);
@@ -386,7 +386,7 @@ class Field {  // NOLINT(clang-analyzer-optin.performance.Padding): by what belo
   std::deque<Work> works_;                     // the first one is under way
   std::vector<FinishedWork> finished_;
   std::array<uint64_t, kTypes> changes_{};
-  uint64_t cost_ = 0;  // since TakeCost
+  uint64_t cost_ = 0;         // since TakeCost
   bool is_rebasing_ = false;  // nodes of earlier laws may be left, from here on:
   uint8_t rebase_type_ = 1;
   int32_t rebase_row_ = 0;                 // kLeafSide rows of tiles for each leaf

@@ -224,12 +224,12 @@ void Field::RebasePortion() {
       continue;
     }
     const PheromoneLaw& law = *setup.law[rebase_type_];
-    const int tiles = layer.ForEachInLeafRow(
-        leaf, rebase_row_ % kLeafSide, [&](NodeIndex node, NodeState stored) {
-          if (stored.time_ms < change->at_ms) {
-            Store(law, node, Rebased(change, law, stored), 0);
-          }
-        });
+    const int tiles = layer.ForEachInLeafRow(leaf, rebase_row_ % kLeafSide,
+                                             [&](NodeIndex node, NodeState stored) {
+                                               if (stored.time_ms < change->at_ms) {
+                                                 Store(law, node, Rebased(change, law, stored), 0);
+                                               }
+                                             });
     left -= tiles;
     cost_ += static_cast<uint64_t>(tiles) * kCostOfRebasedTile;
     ++rebase_row_;

@@ -26,9 +26,9 @@
 // service's lock is not held meanwhile. The bytes of a large configuration are written ahead of it:
 // each group includes a fragment of them, so a robot's change waits for one fragment at most.
 //
-// Threads: Admit, Append, Account, IsRotationDue and Rotate under the service's lock. WriteUntilStopped (or,
-// in tests, WriteOnce) in one thread of its own; everything else from any, WriteAhead from one
-// other than the writing one.
+// Threads: Admit, Append, Account, IsRotationDue and Rotate under the service's lock.
+// WriteUntilStopped (or, in tests, WriteOnce) in one thread of its own; everything else from any,
+// WriteAhead from one other than the writing one.
 #pragma once
 
 #include <condition_variable>
@@ -58,8 +58,8 @@ struct JournalSettings {
   uint64_t queue_bytes = uint64_t{4} << 20;      ///< approximate limit of non-durable data
   uint64_t snapshot_bytes = uint64_t{64} << 20;  ///< a snapshot is due after this much log,
   uint64_t snapshot_ms = 3'600'000;              ///< or after this much time with any log,
-  /// or when a replay would cost this much (Engine::cost): a second on a PC, some seconds on a small
-  /// board. By SnapshotPace.
+  /// or when a replay would cost this much (Engine::cost): a second on a PC, some seconds on a
+  /// small board. By SnapshotPace.
   uint64_t snapshot_cost = uint64_t{1} << 25;
   size_t keep_snapshots = 2;
   uint64_t sync_interval_ms = 1'000;  ///< relaxed

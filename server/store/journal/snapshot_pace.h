@@ -7,10 +7,10 @@
 //   if (pace.IsDue(now_us)) pace.Begin(now_us), ...copy the state..., pace.End(now_us, true);
 //   if (pace.IsBehind()) ...let operators wait...
 //
-// A recovery loads a snapshot and replays what came after its Begin. A snapshot costs as much as the
-// map is large, so after each one there is a rest of as long as it took: at most half of the time goes
-// into snapshots, on any map and disk. Whoever changes the map much faster than that is slowed down
-// (IsBehind), so that a replay costs little more than kBehind times `due_cost`.
+// A recovery loads a snapshot and replays what came after its Begin. A snapshot costs as much as
+// the map is large, so after each one there is a rest of as long as it took: at most half of the
+// time goes into snapshots, on any map and disk. Whoever changes the map much faster than that is
+// slowed down (IsBehind), so that a replay costs little more than kBehind times `due_cost`.
 //
 // Pure; one thread at a time.
 #pragma once

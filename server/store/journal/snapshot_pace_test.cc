@@ -81,8 +81,9 @@ engine::EngineConfig MapOfEdits() {
 }
 
 // The attack: an operator's largest edits are some fifty bytes of log each, and would never fill a
-// segment. The journal's own count of what a recovery replays must agree with what that replays, and
-// be bounded. Snapshots are made at once here; what is done while one is made is SnapshotPace's.
+// segment. The journal's own count of what a recovery replays must agree with what that replays,
+// and be bounded. Snapshots are made at once here; what is done while one is made is
+// SnapshotPace's.
 TEST(SnapshotOfEdits, IsMadeBeforeARecoveryReplaysMuch) {
   testing::CrashFolder folder(1);
   JournalSettings settings;
@@ -127,8 +128,8 @@ TEST(SnapshotOfEdits, IsMadeBeforeARecoveryReplaysMuch) {
       engine::FieldEdited edited;
       edited.edit.type = 1;
       edited.edit.level = field::kLevelsPerQuantum * static_cast<uint32_t>(1 + below(8));
-      edited.edit.action = below(3) == 0 ? field::FieldEdit::Action::kErase
-                                         : field::FieldEdit::Action::kSet;
+      edited.edit.action =
+          below(3) == 0 ? field::FieldEdit::Action::kErase : field::FieldEdit::Action::kSet;
       edited.edit.shape = field::FieldEdit::Shape::kStroke;
       edited.edit.radius_um = 4'000'000;
       edited.edit.points = {{below(20'000'000), below(20'000'000)}};

@@ -61,9 +61,9 @@ class Service {
   /// back. To be set before anything else is called.
   void OnEarlierDeadline(std::function<void()> wake) { wake_ = std::move(wake); }
 
-  /// Called after each portion of a change of the map, without the lock, to let other threads run and
-  /// to send the messages of the last portion, such as due commands. To be set before anything else
-  /// is called; without it, portions follow each other at once.
+  /// Called after each portion of a change of the map, without the lock, to let other threads run
+  /// and to send the messages of the last portion, such as due commands. To be set before anything
+  /// else is called; without it, portions follow each other at once.
   using BetweenPortions = std::function<void(std::span<const Outgoing>)>;
   void OnPortion(BetweenPortions between) { between_portions_ = std::move(between); }
 
