@@ -233,7 +233,7 @@ class Session {
   }
 
   void ChangeTags() {
-    const uint8_t kind = input_.U8() % 3;
+    const uint8_t kind = input_.U8() % 4;
     const uint16_t tag = input_.U8();
     const uint8_t slot = input_.U8();
     const uint8_t has = input_.U8();  // bit 0: a slot; 1: an expected generation; 2: is_state
@@ -253,6 +253,9 @@ class Session {
       change.change = write;
     } else if (kind == 1) {
       change.change = TagsChanged::Erase{tag, slot, expected};
+    } else if (kind == 3) {
+      const uint8_t id = input_.U8();
+      change.change = TagsChanged::Forget{{id == 0 ? "" : "radio-a", id}};
     } else {
       pheromone::tags::Row row{
           static_cast<pheromone::tags::RowKind>(input_.U8()), input_.I32(), input_.I32(), {}};

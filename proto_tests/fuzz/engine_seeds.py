@@ -109,13 +109,13 @@ def tags_asked(robot, x, y):
 
 def tags_changed(kind, row=(1, 1, 1, 4), tag=1, slot=255, lease_ms=0,
                  block=(1, 5, -17, 1, 1, 2, -3, 4)):
-    """0: a block is written; 1: erased; 2: a row is defined."""
+    """0: a block is written; 1: erased; 2: a row is defined; 3: a robot's are forgotten."""
     head = struct.pack("<BBBB", kind, tag, slot, slot != 255)
     if kind == 0:
         return other(9, head + struct.pack("<I", lease_ms) + struct.pack("<iI6i", *block))
     row_kind, robot, number, length = row
     return other(9, head + (struct.pack("<BiiBB", row_kind, robot, number, length, ord("x"))
-                            if kind == 2 else b""))
+                            if kind == 2 else bytes([robot]) if kind == 3 else b""))
 
 
 def crc16(data):
@@ -197,7 +197,7 @@ def sessions():
         clocks(far(250)) + RESTARTED)
     yield "tags_of_operators", (
         RICH + tags_changed(2) + tags_changed(2, (2, 1, 2, 9)) + tags_changed(0) +
-        tags_changed(0, slot=3, lease_ms=900) + tags_changed(1, slot=0) + tags_changed(0, tag=9) +
+        tags_changed(0, slot=3, lease_ms=900) + tags_changed(1, slot=0) + tags_changed(0, tag=9) + tags_changed(3, (0, 0, 0, 0)) +
         tags_changed(0, block=(9, 0, -17, 1, 1, 2, -3, 4)) + clocks(far(2000)) + RESTARTED)
     yield "events", SMALL + hello(1) + b"".join(event(1, code + 1, code) for code in range(14))
     yield "strong", SMALL + reconfigured(1, 1, b"\xff\xff") + hello(2) + b"".join(
@@ -295,7 +295,7 @@ def sessions():
 
 # --- What stands in files.
 
-VERSION = b"\2"  # of events and states
+VERSION = b"\3"  # of events and states
 
 
 def logged(kind, data):
@@ -451,6 +451,7 @@ def events():
         "<BHBBBBIiI6i", 0, 1, 1, 2, 0, 0, 0, 1, 5, -17, 1, 1, 2, -3, 4))
     yield "tag_erased", logged(9, struct.pack("<BHBB", 1, 1, 2, 0))
     yield "symbol_defined", logged(9, struct.pack("<BBii", 2, 1, 1, 1) + text(b"ann"))
+    yield "symbols_forgotten", logged(9, b"\3" + text(b"radio-a") + b"\1")
     yield "net_reset", logged(10, text(b"gate"))
     yield "undone", logged(11, b"\0")
     yield "redone", logged(11, b"\1")

@@ -23,12 +23,13 @@ std::optional<uint16_t> LiveControl::FindTag(std::string_view name) const {
 
 control::SymbolPage LiveControl::GetSymbols(size_t first) const {
   return parts_.service->Inspect([&](const engine::Engine& engine) {
-    const std::vector<tags::Row>& rows = engine.tags().symbols().rows();
-    const size_t begin = std::min(first, rows.size());
-    const size_t end = std::min(begin + kRowsAtOnce, rows.size());
-    return control::SymbolPage{
-        {rows.begin() + static_cast<ptrdiff_t>(begin), rows.begin() + static_cast<ptrdiff_t>(end)},
-        rows.size()};
+    const tags::SymbolTables& symbols = engine.tags().symbols();
+    const size_t total = symbols.rows().size();
+    const auto begin = static_cast<ptrdiff_t>(std::min(first, total));
+    const auto end = static_cast<ptrdiff_t>(std::min(std::min(first, total) + kRowsAtOnce, total));
+    return control::SymbolPage{{symbols.rows().begin() + begin, symbols.rows().begin() + end},
+                               {symbols.makers().begin() + begin, symbols.makers().begin() + end},
+                               total};
   });
 }
 

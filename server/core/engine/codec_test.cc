@@ -41,17 +41,17 @@ std::string Hex(const std::string& bytes) {
 // Written by hand from server/store/journal/README.md, so that a changed layout is noticed.
 TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   EXPECT_EQ(Hex(Encoded(RequestReceived{0x0201, testing::Hello(7, 0x0403)})),
-            "0201"
+            "0301"
             "0102"
             "07"
             "71"
             "04"
             "03040100");
-  EXPECT_EQ(Hex(Encoded(Advance{})), "0202");
+  EXPECT_EQ(Hex(Encoded(Advance{})), "0302");
   CommandIssued command{1, 9, protocol::CommandCode::kSpeed, {}};
   command.arguments[0] = 0xAB;
   EXPECT_EQ(Hex(Encoded(command)),
-            "0204"
+            "0304"
             "0100"
             "09"
             "03"
@@ -65,7 +65,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   edit.points = {{-1, 2}};
   edit.continues = 4;
   EXPECT_EQ(Hex(Encoded(FieldEdited{edit})),
-            "0205"
+            "0305"
             "02"
             "01"
             "01"
@@ -75,10 +75,10 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "ffffffffffffffff"
             "0200000000000000"
             "0400000000000000");
-  EXPECT_EQ(Hex(Encoded(EditReversed{true})), "020b01");
+  EXPECT_EQ(Hex(Encoded(EditReversed{true})), "030b01");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Write{
                 1, 2, std::nullopt, true, 3, {4, 5, {6, 7}, {8, 9}, {-3, 11}}}})),
-            "0209"
+            "0309"
             "00"
             "0100"
             "0102"
@@ -94,13 +94,13 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "fdffffff"
             "0b000000");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Erase{1, 2, 3}})),
-            "0209"
+            "0309"
             "01"
             "0100"
             "02"
             "010300");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Define{{tags::RowKind::kString, 1, 2, "ab"}}})),
-            "0209"
+            "0309"
             "02"
             "02"
             "01000000"
@@ -108,11 +108,11 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "02000000"
             "6162");
   EXPECT_EQ(Hex(Encoded(NetsChanged{"ab"})),
-            "020a"
+            "030a"
             "02000000"
             "6162");
   EXPECT_EQ(Hex(Encoded(PoseObserved{1, 2, {{3, 4}, 5}, 6})),
-            "0206"
+            "0306"
             "0100"
             "02"
             "0300000000000000"
@@ -120,7 +120,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0500"
             "06000000");
   EXPECT_EQ(Hex(Encoded(GoalSet{1, 2, {{{3, 4}}, 100'000}})),
-            "0207"
+            "0307"
             "0100"
             "02"
             "01000000"
@@ -128,7 +128,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0400000000000000"
             "a0860100");
   EXPECT_EQ(Hex(Encoded(GoalEnded{1, 2, true, {3, 4}})),
-            "0208"
+            "0308"
             "0100"
             "02"
             "01"
@@ -160,14 +160,14 @@ TEST(EventCodec, EveryEventComesBack) {
 }
 
 TEST(EventCodec, AnUnknownVersionOrKindIsNamed) {
-  EXPECT_EQ(ErrorOf("\xC8\x02").find("an event of version 200, but this program reads version 2"),
+  EXPECT_EQ(ErrorOf("\xC8\x03").find("an event of version 200, but this program reads version 3"),
             0u);
-  EXPECT_EQ(ErrorOf(std::string("\0\x02", 2))
-                .find("an event of version 0, but this program reads version 2"),
+  EXPECT_EQ(ErrorOf(std::string("\0\x03", 2))
+                .find("an event of version 0, but this program reads version 3"),
             0u);
-  EXPECT_EQ(ErrorOf("\x02\x0C"), "unknown event kind 12");
-  EXPECT_EQ(ErrorOf(std::string("\x02\0", 2)), "unknown event kind 0");
-  EXPECT_EQ(ErrorOf("\x02\x02\x03"), "trailing bytes");
+  EXPECT_EQ(ErrorOf("\x03\x0C"), "unknown event kind 12");
+  EXPECT_EQ(ErrorOf(std::string("\x03\0", 2)), "unknown event kind 0");
+  EXPECT_EQ(ErrorOf("\x03\x02\x03"), "trailing bytes");
   EXPECT_EQ(ErrorOf(""), "unexpected end of data");
 }
 

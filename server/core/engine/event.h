@@ -279,13 +279,25 @@ struct SymbolDefinition {
   }
 };
 
+/// What one maker has defined is removed from the symbol tables, except what is in use.
+struct SymbolRemoval {
+  static constexpr std::string_view kName = "forget";
+  tags::Maker maker{};
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("maker", it.maker);
+  }
+};
+
 /// An operator's change of the tags.
 struct TagsChanged {
   using Write = TagWrite;
   using Erase = TagErase;
   using Define = SymbolDefinition;
+  using Forget = SymbolRemoval;
 
-  std::variant<Write, Erase, Define> change;
+  std::variant<Write, Erase, Define, Forget> change;
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {

@@ -215,11 +215,14 @@ TEST_F(PartHashTest, OfTagsTheirSymbolsAndAuthors) {
   }
   EXPECT_GT(blocks, 3u);
   const auto& rows = store().symbols().rows();
+  const auto& makers = store().symbols().makers();
   ASSERT_GE(rows.size(), 3u);
+  EXPECT_EQ(makers.front().id, 15);
   EXPECT_EQ(rows.back().number, 7) << "a string";
   for (size_t i = 0; i < rows.size(); ++i) {
-    sum += Naive({'S', i, static_cast<uint64_t>(rows[i].kind), Unsigned(rows[i].robot),
-                  Unsigned(rows[i].number), Text(rows[i].text)});
+    sum +=
+        Naive({'S', i, static_cast<uint64_t>(rows[i].kind), Unsigned(rows[i].robot),
+               Unsigned(rows[i].number), Text(rows[i].text), Text(makers[i].link), makers[i].id});
   }
   const std::string link = bench.engine.config().links[0].name;
   for (const uint8_t id : {uint8_t{15}, uint8_t{16}}) {  // the author's number is the ID

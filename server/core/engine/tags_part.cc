@@ -41,6 +41,8 @@ constexpr Meaning<DefineOutcome> kDefineMeanings[] = {
     {DefineOutcome::kUnknownRobot, Reason::kUnknownSymbol, "unknown robot"},
     {DefineOutcome::kTaken, Reason::kNotPermitted, "the number or the ID is bound otherwise"},
     {DefineOutcome::kFull, Reason::kTagFull, "the symbol tables are full"},
+    {DefineOutcome::kMakerFull, Reason::kTagFull,
+     "this robot has made as many definitions as it may"},
 };
 
 template <typename Outcome, size_t kCount>
@@ -415,20 +417,22 @@ Reason TagsPart::Define(const Context& context, LinkIndex link, const Message& m
   protocol::Decode(message, &request);
   const std::string& link_name = context.config->links[link].name;
   const std::string text(reinterpret_cast<const char*>(request.text), request.length);
+  const tags::Maker maker{link_name, request.id};
   protocol::SymbolAnswer defined{request.id, request.seq, request.kind, request.number};
   DefineOutcome outcome = DefineOutcome::kBadValue;
   if (request.kind == protocol::SymbolKind::kRobot) {
-    outcome = request.number == 0
-                  ? store_.AddRobot(text, &defined.number)
-                  : store_.Define({tags::RowKind::kRobot, request.number, request.number, text});
+    outcome =
+        request.number == 0
+            ? store_.AddRobot(text, &defined.number, maker)
+            : store_.Define({tags::RowKind::kRobot, request.number, request.number, text}, maker);
     if (outcome == DefineOutcome::kDone) {
       store_.SetAuthorOn(link_name, request.id, defined.number);
     }
   } else if (const std::optional<int32_t> author = store_.AuthorOn(link_name, request.id)) {
     if (request.kind == protocol::SymbolKind::kString) {
-      outcome = store_.Define({tags::RowKind::kString, *author, request.number, text});
+      outcome = store_.Define({tags::RowKind::kString, *author, request.number, text}, maker);
     } else if (request.kind == protocol::SymbolKind::kMapping) {
-      outcome = store_.Define({tags::RowKind::kMapping, *author, request.number, text});
+      outcome = store_.Define({tags::RowKind::kMapping, *author, request.number, text}, maker);
     }
   } else {
     outcome = DefineOutcome::kUnknownRobot;
@@ -449,6 +453,9 @@ Status TagsPart::Check(const Context& context, const TagsChanged& changed) const
   }
   if (const auto* const erase = std::get_if<TagsChanged::Erase>(&changed.change)) {
     return Check(*erase);
+  }
+  if (const auto* const forget = std::get_if<TagsChanged::Forget>(&changed.change)) {
+    return Check(*forget);
   }
   const DefineOutcome outcome = store_.TryDefine(std::get<TagsChanged::Define>(changed.change).row);
   return outcome == DefineOutcome::kDone ? Ok() : Error{std::string(MeaningOf(outcome).text)};
@@ -489,11 +496,31 @@ Status TagsPart::Check(const TagsChanged::Erase& erase) const {
              : Ok();
 }
 
+Status TagsPart::Check(const TagsChanged::Forget& forget) const {
+  const tags::Maker& maker = forget.maker;
+  if (!maker.is_robot() && maker.id != 0) {
+    return Error{"robot " + std::to_string(maker.id) + " of no link"};
+  }
+  if (store_.CountForgettable(maker) != 0) {
+    return Ok();
+  }
+  const auto& makers = store_.symbols().makers();
+  const auto made = std::count(makers.begin(), makers.end(), maker);
+  const std::string who =
+      maker.is_robot() ? "robot " + std::to_string(maker.id) + " on link \"" + maker.link + "\" has"
+                       : "operators and nets have";
+  return Error{who + (made == 0 ? " defined nothing"
+                                : " defined nothing that is not in use, of " +
+                                      std::to_string(made) + " definitions")};
+}
+
 void TagsPart::Apply(const Context& context, const TagsChanged& changed, const Output& /*out*/) {
   if (const auto* const write = std::get_if<TagsChanged::Write>(&changed.change)) {
     store_.Write(write->tag, RequestOf(*write, context), context.now_ms, context.utc_ms / 1000);
   } else if (const auto* const erase = std::get_if<TagsChanged::Erase>(&changed.change)) {
     store_.Clear(erase->tag, erase->slot);
+  } else if (const auto* const forget = std::get_if<TagsChanged::Forget>(&changed.change)) {
+    store_.Forget(forget->maker);
   } else {
     store_.Define(std::get<TagsChanged::Define>(changed.change).row);
   }

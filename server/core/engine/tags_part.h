@@ -79,6 +79,7 @@ class TagsPart {
                                     uint8_t slot) const;
   Status Check(const Context& context, const TagsChanged::Write& write) const;
   Status Check(const TagsChanged::Erase& erase) const;
+  Status Check(const TagsChanged::Forget& forget) const;
 
   tags::Store store_;
 };

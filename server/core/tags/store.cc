@@ -176,20 +176,64 @@ Figures Store::figures() const {
 
 // --- Symbols and authors
 
-DefineOutcome Store::Define(const Row& row) {
-  const DefineOutcome outcome = symbols_.Define(row);
+DefineOutcome Store::Define(const Row& row, const Maker& maker) {
+  const DefineOutcome outcome = symbols_.Define(row, maker);
   if (row.kind == RowKind::kRobot && outcome == DefineOutcome::kDone) {
     FindPrivileged();
   }
   return outcome;
 }
 
-DefineOutcome Store::AddRobot(std::string_view unique_id, int32_t* robot) {
-  const DefineOutcome outcome = symbols_.AddRobot(unique_id, robot);
+DefineOutcome Store::AddRobot(std::string_view unique_id, int32_t* robot, const Maker& maker) {
+  const DefineOutcome outcome = symbols_.AddRobot(unique_id, robot, maker);
   if (outcome == DefineOutcome::kDone) {
     FindPrivileged();
   }
   return outcome;
+}
+
+// A block uses its author, all strings of the one whose strings that uses, and the robots that it
+// is about.
+SymbolTables Store::Without(const Maker& maker) const {
+  std::set<int32_t> used;
+  for (size_t i = 0; i < tags_.size(); ++i) {
+    if (used_[i] == 0) {
+      continue;
+    }
+    for (const Slot& slot : tags_[i]->tag.slots()) {
+      const Block& block = slot.block;
+      if (!block.is_empty()) {
+        used.insert({block.author, symbols_.OwnerOf(block.author)});
+      }
+      for (const Term& term : {block.subject, block.object}) {
+        if (term.is(TypeCode::kRobot)) {
+          used.insert(term.value);
+        }
+      }
+    }
+  }
+  return symbols_.Without(maker, std::move(used));
+}
+
+size_t Store::CountForgettable(const Maker& maker) const {
+  return symbols_.rows().size() - Without(maker).rows().size();
+}
+
+void Store::Forget(const Maker& maker) {
+  SymbolTables rest = Without(maker);
+  if (const auto frozen = frozen_symbols_.lock(); frozen && !*frozen) {
+    *frozen = std::move(symbols_);
+  }
+  symbols_ = std::move(rest);
+  for (auto it = authors_.begin(); it != authors_.end();) {
+    if (symbols_.HasRobot(it->second)) {
+      ++it;
+    } else {
+      hash_ -= HashOf(it->first, it->second);
+      it = authors_.erase(it);
+    }
+  }
+  FindPrivileged();
 }
 
 std::optional<int32_t> Store::AuthorOn(const std::string& link, uint8_t id) const {

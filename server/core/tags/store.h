@@ -95,10 +95,17 @@ class Store {
   void Clear(uint16_t number, uint8_t slot);
 
   /// As in SymbolTables. New robots may be privileged.
-  DefineOutcome Define(const Row& row);
-  DefineOutcome AddRobot(std::string_view unique_id, int32_t* robot);
+  DefineOutcome Define(const Row& row, const Maker& maker = {});
+  DefineOutcome AddRobot(std::string_view unique_id, int32_t* robot, const Maker& maker = {});
   /// What Define would do.
-  DefineOutcome TryDefine(const Row& row) const { return symbols_.TryDefine(row); }
+  DefineOutcome TryDefine(const Row& row, const Maker& maker = {}) const {
+    return symbols_.TryDefine(row, maker);
+  }
+  /// Removes what `maker` has defined, except what blocks on tags or others' definitions refer to
+  /// (SymbolTables::Without). Robots whose number is gone have to tell their unique ID again.
+  void Forget(const Maker& maker);
+  /// How many rows Forget would remove. Both in time that grows with tags and rows.
+  size_t CountForgettable(const Maker& maker) const;
 
   /// Which author the robot of a link is; set when it tells its unique ID.
   std::optional<int32_t> AuthorOn(const std::string& link, uint8_t id) const;
@@ -130,10 +137,13 @@ class Store {
   void Settle(NamedTag& tag);
   void TakeOut(const NamedTag& tag);
   void FindPrivileged();
+  SymbolTables Without(const Maker& maker) const;
 
   std::vector<std::shared_ptr<NamedTag>> tags_;  // by number - 1; null: the number is free
   std::vector<uint8_t> used_;                    // slots in use, by number - 1
   SymbolTables symbols_;
+  // The tables that a frozen copy reads once they are no longer those of the store.
+  mutable std::weak_ptr<std::optional<SymbolTables>> frozen_symbols_;
   std::map<Author, int32_t> authors_;
   std::set<std::pair<uint64_t, uint16_t>> leases_;  // of each tag with a lease, the first to end
   uint64_t hash_ = 0;
@@ -159,7 +169,10 @@ class FrozenStore {
   friend class Store;
   explicit FrozenStore(const Store& store);
 
+  const SymbolTables& symbols() const { return *symbols_ ? **symbols_ : store_->symbols_; }
+
   const Store* store_;
+  std::shared_ptr<std::optional<SymbolTables>> symbols_;
   std::vector<std::shared_ptr<const NamedTag>> tags_;
   std::map<std::pair<std::string, uint8_t>, int32_t> authors_;
   size_t rows_;

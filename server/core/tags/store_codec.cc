@@ -65,6 +65,7 @@ NamedTag DecodeTag(ByteReader* reader) {
 
 FrozenStore::FrozenStore(const Store& store)
     : store_(&store),
+      symbols_(std::make_shared<std::optional<SymbolTables>>()),
       tags_(store.tags_.begin(), store.tags_.end()),
       authors_(store.authors_),
       rows_(store.symbols_.rows().size()) {
@@ -95,7 +96,8 @@ bool FrozenStore::CopySome(std::string* to, size_t most) {
     writer.Count(rows_);
   }
   for (; most > 0 && next_row_ < rows_; --most) {
-    EncodeFields(store_->symbols_.rows()[next_row_++], &writer);
+    EncodeFields(symbols().rows()[next_row_], &writer);
+    EncodeFields(symbols().makers()[next_row_++], &writer);
   }
   if (most > 0) {
     writer.Count(authors_.size());
@@ -111,7 +113,9 @@ bool FrozenStore::CopySome(std::string* to, size_t most) {
 }
 
 std::unique_ptr<FrozenStore> Store::Freeze() const {
-  return std::unique_ptr<FrozenStore>(new FrozenStore(*this));
+  std::unique_ptr<FrozenStore> frozen(new FrozenStore(*this));
+  frozen_symbols_ = frozen->symbols_;
+  return frozen;
 }
 
 void Store::Save(ByteWriter* writer) const {
@@ -150,8 +154,13 @@ void Store::Restore(const Settings& settings, ByteReader* reader) {
   }
   for (uint32_t left = reader->Count(); left > 0 && reader->ok(); --left) {
     Row row;
+    Maker maker;
     DecodeFields(reader, &row);
-    if (reader->ok() && !symbols_.Restore(row)) {
+    DecodeFields(reader, &maker);
+    if (reader->ok() && !maker.is_robot() && maker.id != 0) {
+      reader->Fail("a row of the symbol tables was made by a robot without a link");
+    }
+    if (reader->ok() && !symbols_.Restore(row, maker)) {
       reader->Fail("a row of the symbol tables contradicts one before it");
     }
   }

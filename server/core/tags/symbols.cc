@@ -42,9 +42,10 @@ bool IsText(std::string_view text) {
   return !text.empty() && text.size() <= SymbolTables::kMaxTextBytes && IsPlainUtf8(text);
 }
 
-uint64_t HashOf(size_t index, const Row& row) {
+uint64_t HashOf(size_t index, const Row& row, const Maker& maker) {
   return Hash64({'S', index, static_cast<uint64_t>(row.kind), static_cast<uint32_t>(row.robot),
-                 static_cast<uint32_t>(row.number), HashText(row.text)});
+                 static_cast<uint32_t>(row.number), HashText(row.text), HashText(maker.link),
+                 maker.id});
 }
 
 }  // namespace
@@ -123,7 +124,7 @@ DefineOutcome SymbolTables::CheckMapping(const Row& row) const {
   return has_strings || IsMapped(row.robot) ? DefineOutcome::kTaken : DefineOutcome::kDone;
 }
 
-DefineOutcome SymbolTables::TryDefine(const Row& row) const {
+DefineOutcome SymbolTables::TryDefine(const Row& row, const Maker& maker) const {
   if (Has(row)) {
     return DefineOutcome::kDone;
   }
@@ -134,20 +135,30 @@ DefineOutcome SymbolTables::TryDefine(const Row& row) const {
     return outcome;
   }
   const auto of_robot = rows_of_robot_.find(row.robot);
-  const bool is_full = rows_.size() >= kMaxRows ||
-                       (of_robot != rows_of_robot_.end() && of_robot->second >= kMaxRowsOfRobot);
-  return is_full ? DefineOutcome::kFull : DefineOutcome::kDone;
+  if (rows_.size() >= kMaxRows ||
+      (maker.is_robot() && rows_of_makers_ >= kMaxRows - kReservedRows) ||
+      (of_robot != rows_of_robot_.end() && of_robot->second >= kMaxRowsOfRobot)) {
+    return DefineOutcome::kFull;
+  }
+  const auto of_maker = rows_of_maker_.find(maker);
+  return of_maker != rows_of_maker_.end() && of_maker->second >= kMaxRowsOfMaker
+             ? DefineOutcome::kMakerFull
+             : DefineOutcome::kDone;
 }
 
-DefineOutcome SymbolTables::Define(const Row& row) {
-  const DefineOutcome outcome = TryDefine(row);
+DefineOutcome SymbolTables::Define(const Row& row, const Maker& maker) {
+  const DefineOutcome outcome = TryDefine(row, maker);
   if (outcome == DefineOutcome::kDone && !Has(row)) {
-    Append(row);
+    Append(row, maker);
   }
   return outcome;
 }
 
-void SymbolTables::Append(const Row& row) {
+void SymbolTables::Append(const Row& row, const Maker& maker) {
+  if (maker.is_robot()) {
+    ++rows_of_maker_[maker];
+    ++rows_of_makers_;
+  }
   ++rows_of_robot_[row.robot];
   switch (row.kind) {
     case RowKind::kRobot:
@@ -162,12 +173,36 @@ void SymbolTables::Append(const Row& row) {
       owners_.emplace(row.robot, row.number);
       break;
   }
-  hash_ += HashOf(rows_.size(), row);
-  encoded_bytes_ += 1 + 4 + 4 + 4 + row.text.size();
+  hash_ += HashOf(rows_.size(), row, maker);
+  encoded_bytes_ += 1 + 4 + 4 + 4 + row.text.size() + 4 + maker.link.size() + 1;
   rows_.push_back(row);
+  makers_.push_back(maker);
 }
 
-DefineOutcome SymbolTables::AddRobot(std::string_view unique_id, int32_t* robot) {
+SymbolTables SymbolTables::Without(const Maker& maker, std::set<int32_t> used) const {
+  for (size_t i = 0; i < rows_.size(); ++i) {
+    if (makers_[i] != maker) {
+      used.insert(rows_[i].robot);
+    }
+  }
+  // Whose strings they use; a robot that is mapped to has its own mapping, and so on.
+  const std::vector<int32_t> begin(used.begin(), used.end());
+  for (int32_t robot : begin) {
+    for (auto it = owners_.find(robot); it != owners_.end() && used.insert(it->second).second;
+         it = owners_.find(it->second)) {
+    }
+  }
+  SymbolTables rest;
+  for (size_t i = 0; i < rows_.size(); ++i) {
+    if (makers_[i] != maker || used.count(rows_[i].robot) > 0) {
+      rest.Append(rows_[i], makers_[i]);
+    }
+  }
+  return rest;
+}
+
+DefineOutcome SymbolTables::AddRobot(std::string_view unique_id, int32_t* robot,
+                                     const Maker& maker) {
   if (const std::optional<int32_t> known = RobotOf(unique_id)) {
     *robot = *known;
     return DefineOutcome::kDone;
@@ -177,7 +212,7 @@ DefineOutcome SymbolTables::AddRobot(std::string_view unique_id, int32_t* robot)
     ++free;
   }
   *robot = free;
-  return DefineRobot(free, unique_id);
+  return Define({RowKind::kRobot, free, free, std::string(unique_id)}, maker);
 }
 
 const std::string* SymbolTables::UniqueIdOf(int32_t robot) const {
@@ -214,9 +249,9 @@ int32_t SymbolTables::FreeNumberOf(int32_t owner) const {
   return free;
 }
 
-bool SymbolTables::Restore(const Row& row) {
+bool SymbolTables::Restore(const Row& row, const Maker& maker) {
   const size_t before = rows_.size();
-  return Define(row) == DefineOutcome::kDone && rows_.size() == before + 1;
+  return Define(row, maker) == DefineOutcome::kDone && rows_.size() == before + 1;
 }
 
 }  // namespace pheromone::tags

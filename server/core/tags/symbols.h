@@ -6,9 +6,13 @@
 //   tables.DefineString(15, 3, "http://example.org/ns#");
 //   tables.StringOf(15, 3);   // through the mapping, if robot 15 shares another's strings
 //
-// Definitions are for ever: to bind a number anew would change the meaning of blocks that were
+// Definitions stay, since to bind a number anew would change the meaning of blocks that were
 // written before. They are kept in the order in which they were made; whoever knows the first n
-// rows needs only those after them.
+// rows needs only those after them. An operator may remove what one maker has defined and no block
+// uses (Without); whoever sees fewer rows than before reads them anew.
+//
+// No robot can fill the tables: each may make kMaxRowsOfMaker rows, and all robots together leave
+// kReservedRows to operators and nets.
 //
 // Pure; one thread at a time.
 #pragma once
@@ -17,6 +21,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -49,12 +54,28 @@ struct Row {
   }
 };
 
+/// Who made a definition: a robot, by its link's name and its ID; without a link, an operator or a
+/// net.
+struct Maker {
+  std::string link;
+  uint8_t id = 0;
+  auto operator<=>(const Maker&) const = default;
+
+  bool is_robot() const { return !link.empty(); }
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("link", it.link);
+    visit("id", it.id);
+  }
+};
+
 enum class DefineOutcome : uint8_t {
   kDone,          ///< or it was so already
   kBadValue,      ///< a number below 1; a text that is empty, too long or not UTF-8
   kUnknownRobot,  ///< a string or mapping of a robot that is not in the table
   kTaken,         ///< the number or the ID is bound otherwise; the robot has strings or is mapped
   kFull,
+  kMakerFull,  ///< this robot has made as many as one may
 };
 
 class SymbolTables {
@@ -62,13 +83,15 @@ class SymbolTables {
   static constexpr size_t kMaxTextBytes = 255;
   static constexpr size_t kMaxRows = 65'536;
   static constexpr size_t kMaxRowsOfRobot = 4096;
+  static constexpr size_t kMaxRowsOfMaker = 1024;  ///< if that is a robot
+  static constexpr size_t kReservedRows = 8192;    ///< which robots cannot have
 
   /// A robot and its unique ID; neither may be bound to another.
   DefineOutcome DefineRobot(int32_t robot, std::string_view unique_id) {
     return Define({RowKind::kRobot, robot, robot, std::string(unique_id)});
   }
   /// The robot of that ID, with the first free number if it is new.
-  DefineOutcome AddRobot(std::string_view unique_id, int32_t* robot);
+  DefineOutcome AddRobot(std::string_view unique_id, int32_t* robot, const Maker& maker = {});
   DefineOutcome DefineString(int32_t robot, int32_t number, std::string_view text) {
     return Define({RowKind::kString, robot, number, std::string(text)});
   }
@@ -78,8 +101,12 @@ class SymbolTables {
     return Define({RowKind::kMapping, robot, owner, {}});
   }
   /// By its kind. TryDefine says what it would do.
-  DefineOutcome Define(const Row& row);
-  DefineOutcome TryDefine(const Row& row) const;
+  DefineOutcome Define(const Row& row, const Maker& maker = {});
+  DefineOutcome TryDefine(const Row& row, const Maker& maker = {}) const;
+
+  /// The same tables without what `maker` has defined, except of the robots in `used`, of those of
+  /// which others have defined something, and of those whose strings a remaining robot uses.
+  SymbolTables Without(const Maker& maker, std::set<int32_t> used) const;
 
   bool HasRobot(int32_t robot) const { return ids_.count(robot) > 0; }
   /// Null if it is not in the table.
@@ -96,22 +123,27 @@ class SymbolTables {
   int32_t FreeNumberOf(int32_t owner) const;
 
   const std::vector<Row>& rows() const { return rows_; }
-  /// The sum of the rows' hashes; their order counts.
+  /// Who made each of them.
+  const std::vector<Maker>& makers() const { return makers_; }
+  /// The sum of the rows' hashes; their order counts, and who made them.
   uint64_t hash() const { return hash_; }
-  /// Of all rows, each as EncodeFields does.
+  /// Of all rows and their makers, each as EncodeFields does.
   uint64_t encoded_bytes() const { return encoded_bytes_; }
 
   /// Adds a row as it is in rows(). False if no table can have it there.
-  bool Restore(const Row& row);
+  bool Restore(const Row& row, const Maker& maker);
 
  private:
   DefineOutcome CheckRobot(const Row& row) const;
   DefineOutcome CheckString(const Row& row) const;
   DefineOutcome CheckMapping(const Row& row) const;
   bool Has(const Row& row) const;
-  void Append(const Row& row);
+  void Append(const Row& row, const Maker& maker);
 
   std::vector<Row> rows_;
+  std::vector<Maker> makers_;              // of each row
+  std::map<Maker, size_t> rows_of_maker_;  // of robots
+  size_t rows_of_makers_ = 0;              // of all robots
   std::map<int32_t, std::string> ids_;
   std::map<std::string, int32_t, std::less<>> robots_;
   std::map<std::pair<int32_t, int32_t>, std::string> strings_;

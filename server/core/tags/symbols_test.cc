@@ -108,13 +108,70 @@ TEST(SymbolTablesTest, RowsInTheirOrderRestoreTheTables) {
   tables.DefineString(15, 3, "cleaning");
   tables.DefineMapping(12, 15);
   SymbolTables restored;
-  for (const Row& row : tables.rows()) {
-    ASSERT_TRUE(restored.Restore(row));
+  const Maker maker{"radio", 7};
+  tables.Define({RowKind::kString, 15, 4, "docking"}, maker);
+  for (size_t i = 0; i < tables.rows().size(); ++i) {
+    ASSERT_TRUE(restored.Restore(tables.rows()[i], tables.makers()[i]));
   }
+  EXPECT_EQ(restored.makers().back(), maker);
   EXPECT_EQ(restored.rows(), tables.rows());
   EXPECT_EQ(restored.hash(), tables.hash());
-  EXPECT_FALSE(restored.Restore(tables.rows()[0]));  // twice
-  EXPECT_FALSE(restored.Restore({RowKind::kString, 99, 1, "x"}));
+  EXPECT_FALSE(restored.Restore(tables.rows()[0], {}));  // twice
+  EXPECT_FALSE(restored.Restore({RowKind::kString, 99, 1, "x"}, {}));
+}
+
+TEST(SymbolTablesTest, RobotsLeaveRowsToOperatorsAndNets) {
+  SymbolTables tables;
+  size_t rows = 0;
+  for (Maker maker{"radio", 1}; rows < SymbolTables::kMaxRows; ++maker.id) {
+    ASSERT_LT(maker.id, 255);
+    size_t its = 0;
+    DefineOutcome outcome = kDone;
+    while (outcome == kDone) {
+      const auto number = static_cast<int32_t>(rows + 1);
+      outcome = tables.Define({RowKind::kRobot, number, number, std::to_string(number)}, maker);
+      rows += outcome == kDone ? 1 : 0;
+      its += outcome == kDone ? 1 : 0;
+    }
+    if (outcome == kFull) {
+      break;
+    }
+    ASSERT_EQ(outcome, kMakerFull);
+    EXPECT_EQ(its, 1'024u);
+  }
+  EXPECT_EQ(rows, 65'536u - 8'192u);
+  for (int32_t number = 100'000; number < 100'000 + 8'192; ++number) {
+    ASSERT_EQ(tables.DefineRobot(number, std::to_string(number)), kDone);
+  }
+  EXPECT_EQ(tables.DefineRobot(200'000, "x"), kFull);
+}
+
+// Robots 1 and 2 are in use by blocks; 2 uses the strings of 3, and 3 those of 4, which does not
+// count. Others have defined a string of 5, and that 6 uses the strings of 7.
+TEST(SymbolTablesTest, WithoutAMakerWhatOthersReferToRemains) {
+  const Maker maker{"radio", 7};
+  SymbolTables tables;
+  for (int32_t robot = 1; robot <= 9; ++robot) {
+    tables.Define({RowKind::kRobot, robot, robot, std::to_string(robot)}, maker);
+  }
+  tables.Define({RowKind::kMapping, 2, 3, {}}, maker);
+  tables.Define({RowKind::kMapping, 3, 4, {}}, maker);
+  tables.DefineString(5, 1, "five");
+  tables.Define({RowKind::kString, 8, 1, "eight"}, maker);
+  tables.DefineMapping(6, 7);
+  const SymbolTables rest = tables.Without(maker, {1, 2});
+  EXPECT_EQ(tables.rows().size(), 14u);
+  EXPECT_EQ(rest.rows().size(), 11u);
+  for (int32_t robot = 1; robot <= 9; ++robot) {
+    EXPECT_EQ(rest.HasRobot(robot), robot <= 7) << robot;
+  }
+  EXPECT_EQ(rest.OwnerOf(2), 3);
+  EXPECT_EQ(rest.StringOf(8, 1), nullptr);
+  SymbolTables same;
+  for (size_t i = 0; i < rest.rows().size(); ++i) {
+    ASSERT_TRUE(same.Restore(rest.rows()[i], rest.makers()[i])) << i;
+  }
+  EXPECT_EQ(same.hash(), rest.hash());
 }
 
 TEST(SymbolTablesTest, TheHashTellsOrdersApart) {

@@ -184,7 +184,8 @@ struct TagPage {
 /// Some rows of the tags' symbol tables.
 struct SymbolPage {
   std::vector<tags::Row> rows;
-  size_t total = 0;  ///< of all rows
+  std::vector<tags::Maker> makers;  ///< of each row
+  size_t total = 0;                 ///< of all rows
 };
 
 /// A Petri net that the server executes.

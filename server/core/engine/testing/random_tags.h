@@ -60,8 +60,12 @@ class RandomTags {
   }
 
   TagsChanged Change() {
-    switch (Below(3)) {
-      case 0: {
+    switch (Below(10)) {
+      case 0:
+        return {TagsChanged::Forget{{Below(2) == 0 ? "" : "radio-a", 0}}};
+      case 1:
+      case 2:
+      case 3: {
         tags::Row row{static_cast<tags::RowKind>(1 + Below(3)), AnyNumber(), AnyNumber(),
                       AnyText()};
         if (row.kind == tags::RowKind::kRobot) {
@@ -69,7 +73,9 @@ class RandomTags {
         }
         return {TagsChanged::Define{row}};
       }
-      case 1: {
+      case 4:
+      case 5:
+      case 6: {
         TagsChanged::Write write;
         write.tag = AnyTag();
         write.slot = Maybe(2, AnySlot());

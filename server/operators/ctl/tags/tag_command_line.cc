@@ -22,6 +22,8 @@ struct TagArguments {
   std::vector<std::string> words;
   std::optional<int> slot;
   bool all = false;
+  tags::Maker maker;
+  int id = 0;
   std::vector<std::string> examples;
   TagFile file;
   std::vector<std::string> names;
@@ -70,6 +72,24 @@ void AddErase(CLI::App* tags, const ServerOptions* options, const std::shared_pt
   });
 }
 
+void AddForget(CLI::App* tags, const ServerOptions* options,
+               const std::shared_ptr<TagArguments>& it, int* exit_status) {
+  CLI::App* forget = tags->add_subcommand(
+      "forget", "Remove what a robot has defined and no tag or other definition uses");
+  auto* link = forget->add_option("LINK", it->maker.link, "Name of the robot's link");
+  auto* id = forget->add_option("ID", it->id, "Its ID")->check(WholeNumber(1, 254));
+  link->needs(id);
+  auto* operators =
+      forget->add_flag("--operators", it->all, "What operators and nets have defined");
+  operators->excludes(link)->excludes(id);
+  forget->callback([=] {
+    it->maker.id = static_cast<uint8_t>(it->id);
+    *exit_status = it->all != it->maker.is_robot()
+                       ? ForgetSymbols(*options, it->maker)
+                       : Fail(kUsage, "expected the link and the ID of a robot, or --operators");
+  });
+}
+
 void AddFiles(CLI::App* tags, const ServerOptions* options, const std::shared_ptr<TagArguments>& it,
               int* exit_status) {
   const auto format = [&](CLI::App* command) {
@@ -98,7 +118,7 @@ void AddFiles(CLI::App* tags, const ServerOptions* options, const std::shared_pt
 void AddTagCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
   const auto it = std::make_shared<TagArguments>();
   CLI::App* tags = program->add_subcommand(
-      "tags", "Virtual RFID tags: list, show, write, erase, find, export, import");
+      "tags", "Virtual RFID tags: list, show, write, erase, forget, find, export, import");
   tags->require_subcommand(1);
 
   CLI::App* list = tags->add_subcommand("list", "Show the tags");
@@ -110,6 +130,7 @@ void AddTagCommands(CLI::App* program, const ServerOptions* options, int* exit_s
 
   AddWrite(tags, options, it, exit_status);
   AddErase(tags, options, it, exit_status);
+  AddForget(tags, options, it, exit_status);
   AddFiles(tags, options, it, exit_status);
 
   CLI::App* find = tags->add_subcommand("find", "Show the sentences that agree with examples");

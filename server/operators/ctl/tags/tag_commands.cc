@@ -252,6 +252,19 @@ int EraseTag(const ServerOptions& options, const std::string& name, std::optiona
   return 0;
 }
 
+int ForgetSymbols(const ServerOptions& options, const tags::Maker& maker) {
+  json::object body{{"action", "forget"}};
+  if (maker.is_robot()) {
+    body["link"] = maker.link;
+    body["id"] = maker.id;
+  }
+  const int failed = PostChange(options, body);
+  if (failed == 0 && options.json) {
+    PrintJson(json::object{{"done", true}});
+  }
+  return failed;
+}
+
 int FindOnTags(const ServerOptions& options, const std::vector<std::string>& examples) {
   std::vector<Example> all(examples.size());
   for (size_t i = 0; i < examples.size(); ++i) {

@@ -1,11 +1,12 @@
-// pheromonectl tags list, show, write, erase, find: what is written on the virtual RFID tags of a
-// running server. Each prints to standard output and returns the exit status.
+// pheromonectl tags list, show, write, erase, forget, find: what is written on the virtual RFID
+// tags of a running server. Each prints to standard output and returns the exit status.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "server/core/tags/symbols.h"
 #include "server/operators/ctl/server_call.h"
 
 namespace pheromone::ctl {
@@ -25,6 +26,9 @@ int WriteTag(const ServerOptions& options, const TagNote& note);
 
 /// One slot, or all of them.
 int EraseTag(const ServerOptions& options, const std::string& name, std::optional<int> slot);
+
+/// Removes what a robot, or operators and nets, have defined and is not in use.
+int ForgetSymbols(const ServerOptions& options, const tags::Maker& maker);
 
 /// Queries by example, such as "robot=15", "predicate=lookingfortag": prints the blocks that
 /// agree with all of them.

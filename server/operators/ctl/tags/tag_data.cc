@@ -106,7 +106,7 @@ int FetchTables(const ServerOptions& options, tags::SymbolTables* tables) {
     const auto kind = tags::RowKindNamed(TextAt(item, "kind"));
     is_good = is_good && kind &&
               tables->Restore(
-                  {*kind, WordAt(item, "robot"), WordAt(item, "number"), TextAt(item, "text")});
+                  {*kind, WordAt(item, "robot"), WordAt(item, "number"), TextAt(item, "text")}, {});
   });
   return failed != 0 || is_good ? failed
                                 : Fail(kFailed, "the server's symbol tables contradict themselves");

@@ -171,6 +171,19 @@ Response ReadTags(const control::Control& control, Parameters* fields) {
                            {"next", page.next ? json::value(*page.next) : json::value(nullptr)}})};
 }
 
+// Of a robot; without one, of operators and nets.
+TagsChanged::Forget ReadForget(Parameters* fields) {
+  tags::Maker maker;
+  maker.link = fields->String("link", "").value_or("");
+  const auto id = fields->Integer("id", 0, protocol::kBroadcastId - 1, 0);
+  fields->AllowOnly({"action", "link", "id"});
+  if (id && maker.link.empty() != (*id == 0)) {
+    fields->Expected("link", "a link and the ID of a robot, or neither");
+  }
+  maker.id = static_cast<uint8_t>(id.value_or(0));
+  return {maker};
+}
+
 Response ReadSymbols(const control::Control& control, Parameters* fields) {
   const auto first = fields->Integer("first", 0, kMostWord, 0);
   fields->AllowOnly({"first"});
@@ -179,11 +192,16 @@ Response ReadSymbols(const control::Control& control, Parameters* fields) {
   }
   const control::SymbolPage page = control.GetSymbols(static_cast<size_t>(*first));
   json::array rows;
-  for (const tags::Row& row : page.rows) {
-    rows.push_back(json::object{{"kind", tags::NameOf(row.kind)},
-                                {"robot", row.robot},
-                                {"number", row.number},
-                                {"text", row.text}});
+  for (size_t i = 0; i < page.rows.size(); ++i) {
+    const tags::Row& row = page.rows[i];
+    const tags::Maker& maker = page.makers[i];
+    rows.push_back(
+        json::object{{"kind", tags::NameOf(row.kind)},
+                     {"robot", row.robot},
+                     {"number", row.number},
+                     {"text", row.text},
+                     {"link", maker.is_robot() ? json::value(maker.link) : json::value(nullptr)},
+                     {"id", maker.is_robot() ? json::value(maker.id) : json::value(nullptr)}});
   }
   const size_t end = static_cast<size_t>(*first) + page.rows.size();
   return {.body = ToText(
@@ -201,8 +219,10 @@ void ChangeTags(control::Control* control, Parameters* fields, Respond respond) 
     change.change = ReadErase(*control, fields);
   } else if (action == "write") {
     change.change = ReadWrite(*control, fields);
+  } else if (action == "forget") {
+    change.change = ReadForget(fields);
   } else if (action) {
-    fields->Expected("action", "one of write, erase, define");
+    fields->Expected("action", "one of write, erase, define, forget");
   }
   if (fields->problem()) {
     respond(Refuse(400, *fields->problem()));

@@ -55,8 +55,8 @@ TEST_F(TagsApiTest, ContentsAreWords) {
 
 TEST_F(TagsApiTest, SymbolsAreRows) {
   EXPECT_EQ(Get("symbols?first=1"),
-            "{\"rows\":[{\"kind\":\"string\",\"robot\":15,\"number\":2,\"text\":\"p\u00f5rand\"}],"
-            "\"total\":2,\"next\":null}\n");
+            "{\"rows\":[{\"kind\":\"string\",\"robot\":15,\"number\":2,\"text\":\"p\u00f5rand\","
+            "\"link\":\"radio\",\"id\":7}],\"total\":2,\"next\":null}\n");
 }
 
 TEST_F(TagsApiTest, ABlockIsWritten) {
@@ -84,12 +84,26 @@ TEST_F(TagsApiTest, ABlockIsErasedAndASymbolDefined) {
   EXPECT_EQ(defined.row, (tags::Row{tags::RowKind::kString, 15, 7, "x"}));
 }
 
+TEST_F(TagsApiTest, WhatARobotOrOperatorsHaveDefinedIsForgotten) {
+  Post(R"({"action":"forget","link":"radio-a","id":7})");
+  Post(R"({"action":"forget"})");
+  ASSERT_EQ(control_.tag_changes.size(), 2u);
+  const auto maker = [&](size_t i) {
+    return std::get<engine::TagsChanged::Forget>(control_.tag_changes[i].change).maker;
+  };
+  EXPECT_EQ(maker(0), (tags::Maker{"radio-a", 7}));
+  EXPECT_EQ(maker(1), tags::Maker{});
+}
+
 TEST_F(TagsApiTest, MistakesAreNamed) {
   const auto has = [&](const std::string& body, const std::string& words) {
     const std::string answer = Post(body);
     EXPECT_NE(answer.find(words), std::string::npos) << answer;
   };
-  has(R"({"action":"burn"})", "one of write, erase, define");
+  has(R"({"action":"burn"})", "one of write, erase, define, forget");
+  has(R"({"action":"forget","link":"radio-a"})", "a link and the ID of a robot, or neither");
+  has(R"({"action":"forget","id":7})", "a link and the ID of a robot, or neither");
+  has(R"({"action":"forget","link":"radio-a","id":256})", "id");
   has(R"({})", "action");
   has(R"({"action":"write","tag":"none","author":15,"block":[1,2,3,4,5,6]})", "the name of a tag");
   has(R"({"action":"write","tag":"door","author":15,"block":[1,2,3,4,5]})", "six numbers");

@@ -84,7 +84,9 @@ class FakeControl final : public control::Control {
   }
   control::SymbolPage GetSymbols(size_t first) const override {
     const size_t begin = std::min(first, rows.size());
-    return {{rows.begin() + static_cast<ptrdiff_t>(begin), rows.end()}, rows.size()};
+    return {{rows.begin() + static_cast<ptrdiff_t>(begin), rows.end()},
+            std::vector<tags::Maker>(rows.size() - begin, tags::Maker{"radio", 7}),
+            rows.size()};
   }
   std::vector<control::NetView> GetNets() const override { return nets; }
   control::ConfigView GetConfig() const override {
