@@ -1,4 +1,5 @@
-// What tests of rounds share: robots that join a channel at 9600 baud, and what the air has of them.
+// What tests of rounds share: robots that join a channel at 9600 baud, and what the air has of
+// them.
 #pragma once
 
 #include <gtest/gtest.h>
