@@ -54,7 +54,7 @@ TEST_F(ServiceTest, AnEditWithoutMemoryIsAnErrorHereAndInEveryReplay) {
   EXPECT_FALSE(replayed.finished()[0].outcome.ok());
 }
 
-// A map of 101 x 101 nodes: three portions.
+// A map of 101 x 101 nodes: three portions, and robots have their turn after each.
 TEST_F(ServiceTest, RobotsAreAnsweredBetweenThePortionsOfAnEdit) {
   Handle({Hello(1, 1)});
   int portions = 0;
@@ -76,7 +76,7 @@ TEST_F(ServiceTest, RobotsAreAnsweredBetweenThePortionsOfAnEdit) {
   ASSERT_TRUE(made.ok());
   EXPECT_EQ(made.value().nodes, 101 * 101);
   EXPECT_EQ(made.value().sequence, log_.events.size());
-  EXPECT_EQ(portions, 101 * 101 / field::Field::kNodesOfPortion);
+  EXPECT_EQ(portions, 1 + 101 * 101 / field::Field::kNodesOfPortion);
   Engine replayed;
   EXPECT_EQ(HashOfReplay(log_, &replayed), service_.StateHash());
 }
