@@ -263,11 +263,10 @@ TEST_F(StreamTest, HearsOneThatWasToldOfDroppedEvents) {
     }
   };
   publish(1);
-  slow->AwaitMessage(2);                            // it is subscribed
-  while (stream_->counters().dropped_frames < 6) {  // one or two may be the reader's
-    reader->AwaitMessage(2);                        // until it has not read for too long
-  }
-  for (size_t published = 0; published <= Viewer::kMaxEvents; published += 100) {
+  slow->AwaitMessage(2);  // it is subscribed
+  // So many are events that it has missed, once it has not read for too long: of /clients, each of
+  // the two misses ten a second at most.
+  while (stream_->counters().dropped_frames < 400) {
     publish(100);
   }
   const json::object status = slow->Await("status");
