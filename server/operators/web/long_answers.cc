@@ -29,17 +29,21 @@ void ShareLongBody(Response* response) {
   }
 }
 
-bool LongAnswers::Held::Fits(const Content* content, uint64_t limit) const {
-  return bytes_ == 0 || times_.contains(content) || bytes_ + content->bytes_in_memory() <= limit;
+bool LongAnswers::Held::Fits(const Content* content, const Limit& limit) const {
+  const bool has_room =
+      bytes_ == 0 || times_.contains(content) || bytes_ + content->bytes_in_memory() <= limit.bytes;
+  return has_room && answers_ < limit.answers;
 }
 
 void LongAnswers::Held::Add(const Content* content) {
+  ++answers_;
   if (++times_[content] == 1) {
     bytes_ += content->bytes_in_memory();
   }
 }
 
 void LongAnswers::Held::Remove(const Content* content) {
+  --answers_;
   const auto found = times_.find(content);
   if (--found->second == 0) {
     times_.erase(found);

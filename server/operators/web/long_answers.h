@@ -27,10 +27,14 @@ void ShareLongBody(Response* response);
 
 class LongAnswers {
  public:
+  struct Limit {
+    uint64_t bytes = 0;  ///< of the contents, each counted once
+    size_t answers = 0;  ///< each takes its turn on the thread that also serves a halt
+  };
   struct Limits {
-    uint64_t least = uint64_t{1} << 20;         ///< what is smaller is not counted
-    uint64_t each_client = uint64_t{64} << 20;  ///< bytes, of all contents that are sent to it
-    uint64_t all = uint64_t{256} << 20;         ///< and to all clients; each content counts once
+    uint64_t least = uint64_t{1} << 20;  ///< what is smaller is not counted
+    Limit each_client = {uint64_t{64} << 20, 8};
+    Limit all = {uint64_t{256} << 20, 16};
   };
 
   LongAnswers() = default;
@@ -44,7 +48,7 @@ class LongAnswers {
   // What is held, how often, and its bytes.
   class Held {
    public:
-    bool Fits(const Content* content, uint64_t limit) const;
+    bool Fits(const Content* content, const Limit& limit) const;
     void Add(const Content* content);
     void Remove(const Content* content);
     bool empty() const { return times_.empty(); }
@@ -52,6 +56,7 @@ class LongAnswers {
    private:
     std::map<const Content*, size_t> times_;
     uint64_t bytes_ = 0;
+    size_t answers_ = 0;
   };
 
   void Leave(const std::string& client, const Content* content);

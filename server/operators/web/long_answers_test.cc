@@ -49,7 +49,8 @@ TEST(ShareLongBody, LeavesAShortOneAndGivesTheSameBytesOfALongOne) {
 }
 
 TEST(LongAnswers, AreAFewForEachClient) {
-  LongAnswers answers({.least = kBytes, .each_client = 2 * kBytes, .all = 100 * kBytes});
+  LongAnswers answers(
+      {.least = kBytes, .each_client = {2 * kBytes, 3}, .all = {100 * kBytes, 100}});
   auto first = answers.Enter("192.0.2.1", ContentOf(kBytes));
   const std::shared_ptr<Content> content = ContentOf(kBytes);
   const auto second = answers.Enter("192.0.2.1", content);
@@ -57,7 +58,9 @@ TEST(LongAnswers, AreAFewForEachClient) {
   ASSERT_NE(second, nullptr);
   EXPECT_EQ(answers.Enter("192.0.2.1", ContentOf(kBytes)), nullptr);
   EXPECT_NE(answers.Enter("192.0.2.2", ContentOf(kBytes)), nullptr);
-  EXPECT_NE(answers.Enter("192.0.2.1", content), nullptr);  // no more memory for that
+  const auto shared = answers.Enter("192.0.2.1", content);  // takes no more memory
+  EXPECT_NE(shared, nullptr);
+  EXPECT_EQ(answers.Enter("192.0.2.1", content), nullptr);  // but its turns
   EXPECT_NE(answers.Enter("192.0.2.1", ContentOf(kBytes - 1)), nullptr);
   EXPECT_NE(answers.Enter("192.0.2.1", std::make_shared<FromFile>()), nullptr);
   first.reset();
@@ -65,7 +68,7 @@ TEST(LongAnswers, AreAFewForEachClient) {
 }
 
 TEST(LongAnswers, HoldOnlySoManyBytesEachCountedOnce) {
-  LongAnswers answers({.least = 1, .each_client = 100 * kBytes, .all = 3 * kBytes});
+  LongAnswers answers({.least = 1, .each_client = {100 * kBytes, 100}, .all = {3 * kBytes, 5}});
   const std::shared_ptr<Content> shared = ContentOf(2 * kBytes);
   std::vector<std::shared_ptr<void>> places;
   for (const char* const client : {"a", "b", "c", "d"}) {
@@ -74,6 +77,8 @@ TEST(LongAnswers, HoldOnlySoManyBytesEachCountedOnce) {
   }
   EXPECT_EQ(answers.Enter("e", ContentOf(2 * kBytes)), nullptr);
   EXPECT_NE(answers.Enter("e", ContentOf(kBytes)), nullptr);
+  places.push_back(answers.Enter("e", shared));
+  EXPECT_EQ(answers.Enter("f", shared), nullptr);  // the sixth answer
   places.pop_back();
   EXPECT_EQ(answers.Enter("e", ContentOf(2 * kBytes)), nullptr);
   places.clear();
@@ -82,7 +87,7 @@ TEST(LongAnswers, HoldOnlySoManyBytesEachCountedOnce) {
 
 // Otherwise nobody would ever get it.
 TEST(LongAnswers, LetInOneThatIsLargerThanAllMayBe) {
-  LongAnswers answers({.least = 1, .each_client = kBytes, .all = kBytes});
+  LongAnswers answers({.least = 1, .each_client = {kBytes, 8}, .all = {kBytes, 8}});
   const auto large = answers.Enter("a", ContentOf(2 * kBytes));
   EXPECT_NE(large, nullptr);
   EXPECT_EQ(answers.Enter("b", ContentOf(kBytes)), nullptr);

@@ -468,7 +468,7 @@ TEST_F(ServerTest, WhoeverDoesNotReadAContentIsHungUpOn) {
 }
 
 TEST_F(ServerTest, OneClientGetsOnlySoManyLongAnswersAtATime) {
-  options_.long_answers = {.least = 1, .each_client = 32 << 20, .all = 1 << 30};
+  options_.long_answers = {.least = 1, .each_client = {1 << 30, 2}, .all = {1 << 30, 8}};
   Make([](const Request& request, const Respond& respond) {
     respond({.body = std::string(request.target == "/short" ? 5 : 16 << 20, 'a')});
   });
