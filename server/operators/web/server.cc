@@ -257,13 +257,12 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         co_await acceptor->async_accept(socket, asio::redirect_error(asio::use_awaitable, error));
         if (!error && !stopping_) {
           const TlsContext context = crowd == &tcp_crowd_ ? Context() : nullptr;
+          std::string client = ClientOf(&socket);
           if (context != nullptr) {
             error_code ignored;
             socket.set_option(tcp::no_delay(true), ignored);
-            std::string client = ClientOf(&socket);
             ShakeHands(std::make_shared<Connection>(std::move(socket), context), std::move(client));
           } else {
-            std::string client = ClientOf(&socket);
             Welcome(Connection(std::move(socket)), crowd, std::move(client));
           }
           taken = true;

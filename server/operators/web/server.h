@@ -18,12 +18,13 @@
 // so, with status 400.
 //
 // Limits: headers have at most 8 KiB and a body 1 MiB; receiving a request, answering it and
-// sending the answer may take `patience` each; a missing answer is 504. The socket and the port
-// have `max_connections` each. When these are in use, the connection that has been idle for longest
-// is closed for a new one; a request that has not come in whole counts as idle. If none is idle,
-// the new one is answered with 503 and closed, unless its request is urgent. A long answer is sent
-// in portions, with other requests in between; beyond what `long_answers` permits it is 503. A
-// client that violates a limit gets 400, 413, 431 or 503 if possible, and is disconnected.
+// sending the answer, or each portion of a long one, may take `patience` each; a missing answer is
+// 504. The socket and the port have `max_connections` each. When these are in use, the connection
+// that has been idle for longest is closed for a new one; a request that has not come in whole
+// counts as idle. If none is idle, the new one is answered with 503 and closed, unless its request
+// is urgent. A long answer is sent in portions, with other requests in between; beyond what
+// `long_answers` permits it is 503. A client that violates a limit gets 400, 413, 431 or 503 if
+// possible, and is disconnected.
 //
 // If the socket's file is removed or replaced, or the port fails, both listen again, at the same
 // place; that is told once, and when it has succeeded. Attempts are `listen_again` apart.

@@ -241,6 +241,18 @@ TEST_F(ServerTest, WhatWasHandedOverWhenTheServerStopsIsAnswered) {
   server_.reset();
 }
 
+TEST_F(ServerTest, ALongAnswerToWhatWasHandedOverIsSentWhenTheServerStops) {
+  is_held_ = [](const Request&) { return true; };
+  Start();
+  const RawClient client(server_->port());
+  client.Send("POST /a HTTP/1.1\r\nHost: x\r\nContent-Length: 300000\r\n\r\n" +
+              std::string(300'000, 'a'));
+  AwaitHeld(1);
+  server_->Stop();
+  AnswerHeld();
+  EXPECT_TRUE(client.ReadAll().ends_with(std::string(300'000, 'a') + '.'));
+}
+
 TEST_F(ServerTest, TheConnectionThatWasIdleForLongestGivesWayToANewOne) {
   options_.max_connections = 2;
   // Of two threads one may be late to note that its connection waits, although its client has the

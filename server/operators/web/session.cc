@@ -279,11 +279,16 @@ asio::awaitable<bool> Session::WriteContent(std::shared_ptr<Content> content, ui
       content->Read(offset, std::min(kPortionBytes, end - offset), std::move(respond));
     };
     const Response portion = co_await Ask(std::move(ask));
-    if (portion.status != 200 || portion.body.empty() || closing_) {
+    // What the handler made is still sent when the server stops, in the time that one portion has;
+    // a file may be of any length.
+    const bool ends = closing_ && content->bytes_in_memory() == 0;
+    if (portion.status != 200 || portion.body.empty() || ends) {
       co_return false;
     }
     boost::beast::error_code error;
-    connection_.SetPatience(traits_.patience);
+    if (!closing_) {
+      connection_.SetPatience(traits_.patience);
+    }
     co_await asio::async_write(connection_, asio::buffer(portion.body), Into(&error));
     if (error) {
       co_return false;
