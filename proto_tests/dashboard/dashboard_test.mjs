@@ -320,7 +320,7 @@ async function several(browser) {
   const {page, context, checkClean} = await open(browser, swarm.port);
   await page.goto(`http://127.0.0.1:${swarm.port}/#token=${TOKEN}`);
   await live(page);
-  await page.waitForFunction(() => [...window.pheromone.store.robots.values()].filter((it) => it.pose).length === 2);
+  await page.waitForFunction(() => window.pheromone.store.map && [...window.pheromone.store.robots.values()].filter((it) => it.pose).length === 2);
   const selected = () => page.evaluate(() => [...window.pheromone.store.group].sort().join());
   const both = 'radio-a/1,radio-b/2';
   const view = await page.evaluate(() => { const {x, y, scale} = window.pheromone.map.view; return [x, y, scale].join(); });
@@ -421,7 +421,7 @@ async function mcap(page, id) {
       check(Math.abs(Number(message.logTime / 1000000n) - Date.now()) < 600000, `its time is ${message.logTime}`);
     }
     const topics = Object.keys(count).sort().join();
-    check(topics.includes('/clients,') && topics.includes('/pheromone/path') && topics.includes('/robots') && topics.includes('/obstacles'), `topics: ${topics}`);
+    check(topics.includes('/clients,') && topics.includes('/paths') && topics.includes('/pheromone/path') && topics.includes('/robots') && topics.includes('/obstacles'), `topics: ${topics}`);
     check(topics.includes('/trails') && !topics.includes('/pheromone/trail') && !topics.includes('delta'), `what is not shown is saved: ${topics}`);
     check(count['/robots'][1] === 'foxglove.SceneUpdate' && count['/pheromone/path'][1] === 'foxglove.Grid', `schemas: ${JSON.stringify(count)}`);
     check(Number(reader.statistics.messageCount) === Object.values(count).reduce((sum, [it]) => sum + it, 0), 'the index counts others');

@@ -345,7 +345,7 @@ function follow() {
 
 store.on('robots', () => panelsDue.add('robots'));
 store.on('past', () => showState(stream.state, showState.retryAt));
-store.on('shown', () => stream.refresh());   // what is recorded is what is shown
+store.on('shown', () => { if (stream.recording) stream.refresh(); });   // what is recorded is what is shown
 store.on('events', () => fact('New warnings', String(events.unseen)));
 store.on('selected', () => {
   if (following && store.selected?.key !== following) following = null;

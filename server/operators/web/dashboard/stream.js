@@ -23,7 +23,7 @@ export class Stream {
     this.watches = [];
     this.paused = new Set();
     this.channels = new Map();        // topic -> channel
-    this.subscriptions = new Map();   // id -> {channel, handler}
+    this.subscriptions = new Map();   // id -> {channel, isRecord, handler}
     this.recording = null;            // {wants, take}
     this.nextId = 1;
     this.attempts = 0;
@@ -133,18 +133,21 @@ export class Stream {
     }
   }
 
+  // A recording has subscriptions of its own: only new ones are told what seldom changes.
   subscribe(channel) {
-    if (!this.isWanted(channel.topic)) return;
-    for (const it of this.subscriptions.values()) if (it.channel.topic === channel.topic) return;
-    const id = this.nextId;
-    this.nextId += 1;
-    this.subscriptions.set(id, {channel, handler: this.watchOf(channel.topic)?.handler});
-    this.send({op: 'subscribe', subscriptions: [{id, channelId: channel.id}]});
+    for (const isRecord of [false, true]) {
+      if (!this.isWanted(channel.topic, isRecord)) continue;
+      if ([...this.subscriptions.values()].some((it) => it.channel.topic === channel.topic && it.isRecord === isRecord)) continue;
+      const id = this.nextId;
+      this.nextId += 1;
+      this.subscriptions.set(id, {channel, isRecord, handler: this.watchOf(channel.topic)?.handler});
+      this.send({op: 'subscribe', subscriptions: [{id, channelId: channel.id}]});
+    }
   }
 
   watchOf(topic) { return this.watches.find((it) => it.match(topic)); }
 
-  isWanted(topic) { return Boolean(this.recording?.wants(topic) || (this.watchOf(topic) && !this.paused.has(topic))); }
+  isWanted(topic, isRecord) { return Boolean(isRecord ? this.recording?.wants(topic) : this.watchOf(topic) && !this.paused.has(topic)); }
 
   pause(topic) {
     this.paused.add(topic);
@@ -153,7 +156,7 @@ export class Stream {
 
   dropUnwanted() {
     for (const [id, it] of this.subscriptions) {
-      if (this.isWanted(it.channel.topic)) continue;
+      if (this.isWanted(it.channel.topic, it.isRecord)) continue;
       this.subscriptions.delete(id);
       this.send({op: 'unsubscribe', subscriptionIds: [id]});
     }
@@ -197,7 +200,7 @@ export class Stream {
     const to = this.subscriptions.get(view.getUint32(1, true));
     if (!to) return;
     const payload = new Uint8Array(buffer, 13);
-    to.handler?.(payload, to.channel.topic);
-    if (this.recording?.wants(to.channel.topic)) this.recording.take(to.channel, view.getBigUint64(5, true), payload);
+    if (to.isRecord) this.recording?.take(to.channel, view.getBigUint64(5, true), payload);
+    else to.handler?.(payload, to.channel.topic);
   }
 }

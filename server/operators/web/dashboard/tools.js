@@ -161,7 +161,10 @@ export class Tools {
         else this.map.view.tool.click(point, event);
         this.map.invalidate('top');
       },
-      cancel: () => { this.band = null; },
+      cancel: () => {
+        this.band = null;
+        this.map.invalidate('top');
+      },
     };
   }
 
