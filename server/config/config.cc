@@ -111,10 +111,10 @@ Result<Config> LoadConfig(const std::string& path) {
   return config;
 }
 
-Result<Config> LoadConfigOrDefault(const std::string& path) {
-  return path.empty()
-             ? ParseConfig(DefaultConfigText(), "default configuration", std::filesystem::path())
-             : LoadConfig(path);
+Result<Config> LoadConfigOrDefault(const std::string& path,
+                                   const std::optional<std::filesystem::path>& folder) {
+  return path.empty() ? ParseConfig(DefaultConfigText(), "default configuration", folder)
+                      : LoadConfig(path);
 }
 
 }  // namespace pheromone::config

@@ -111,9 +111,11 @@ struct Config {
 /// Reads a file. Errors: it cannot be read, or what ParseConfig finds.
 Result<Config> LoadConfig(const std::string& path);
 
-/// The same; for an empty path, the default configuration as a server reads it that is started
-/// without a file: it names other files relative to the working directory.
-Result<Config> LoadConfigOrDefault(const std::string& path);
+/// The same; for an empty path, the default configuration. A server that is started without a file
+/// reads the files that it names relative to its working directory, `folder`; without a folder they
+/// are not read: they are a server's.
+Result<Config> LoadConfigOrDefault(const std::string& path,
+                                   const std::optional<std::filesystem::path>& folder = {});
 
 /// Parses a text; `name` stands for the file in messages. The names of other files are relative to
 /// `folder`; without one, the text may name none, and token_file is not read.

@@ -48,7 +48,8 @@ struct Options {
 };
 
 Result<config::Config> Load(const Options& options) {
-  Result<config::Config> config = config::LoadConfigOrDefault(options.config_path);
+  Result<config::Config> config =
+      config::LoadConfigOrDefault(options.config_path, std::filesystem::path());
   if (config.ok()) {
     config.value().web.root = options.web_root;
   }

@@ -205,7 +205,8 @@ std::string DescribeUser() {
 }
 
 std::optional<config::Config> CheckConfiguration(const Place& place, Findings* findings) {
-  Result<config::Config> loaded = config::LoadConfigOrDefault(place.config_file);
+  Result<config::Config> loaded =
+      config::LoadConfigOrDefault(place.config_file, std::filesystem::path());
   if (!loaded.ok()) {
     std::istringstream lines(loaded.error());
     for (std::string line; std::getline(lines, line);) {
