@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/base/descriptor.h"
 #include "server/base/escape.h"
 
 namespace pheromone {
@@ -26,17 +27,6 @@ struct Escaping {
 
 Escaping* g_out = nullptr;
 Escaping* g_err = nullptr;
-
-bool WriteAll(int descriptor, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = write(descriptor, text.data(), text.size());
-    if (written < 0 && errno != EINTR) {
-      return false;
-    }
-    text.remove_prefix(written < 0 ? 0 : static_cast<size_t>(written));
-  }
-  return true;
-}
 
 // Called by the C library with the stream locked. 0: an error, as in errno.
 ssize_t WriteEscaped(void* cookie, const char* bytes, size_t size) {

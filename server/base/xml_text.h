@@ -1,4 +1,5 @@
 // XML 1.0, section 2.4: any text as the content of an element, or of an attribute in double quotes.
+// What XML cannot have (section 2.2), and what is not UTF-8, is escaped as where it is printed.
 //
 //   "<text>" + EscapeXml("a < b") + "</text>"    // <text>a &lt; b</text>
 //
@@ -8,11 +9,13 @@
 #include <string>
 #include <string_view>
 
+#include "server/base/escape.h"
+
 namespace pheromone {
 
 inline std::string EscapeXml(std::string_view text) {
   std::string safe;
-  for (const char c : text) {
+  for (const char c : EscapeControls(text, "\n\t")) {
     switch (c) {
       case '<':
         safe += "&lt;";

@@ -12,5 +12,9 @@ TEST(XmlTextTest, WhatWouldBeMarkupIsEscaped) {
   EXPECT_EQ(EscapeXml(""), "");
 }
 
+TEST(XmlTextTest, WhatXmlCannotHaveIsEscapedAsWhereItIsPrinted) {
+  EXPECT_EQ(EscapeXml("a\x1b\xff\n"), "a\\u001b\\ufffd\n");
+}
+
 }  // namespace
 }  // namespace pheromone
