@@ -352,7 +352,7 @@ Response Api::Ticket(Parameters* fields) const {
                            {"valid_s", kTicketSeconds}});
 }
 
-std::string Api::WhyReadOnly(const Request& request, const std::string& ticket) const {
+std::string Api::WhyReadOnly(const Request& request, const std::string& ticket) {
   if (IsTicket(ticket, options_.token, UnixSeconds())) {
     return {};
   }
@@ -410,7 +410,7 @@ Respond Api::AndTell(std::string path, json::object body, std::string from, Resp
 }
 
 void Api::TellRefusal(std::string_view path, int status, const std::string& why,
-                      const std::string& from) const {
+                      const std::string& from) {
   unauthorized_ += status == 401 || status == 403 ? 1 : 0;
   if (const auto refusal = actions_.NoteRefusal(path, status, why, from, SteadyMs())) {
     control_->Announce(*refusal);

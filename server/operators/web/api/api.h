@@ -88,7 +88,7 @@ class Api {
 
   /// Why a viewer's connection may not make changes; empty: it may, by the request's token or by
   /// its ticket (ticket.h). Its Origin was checked before.
-  std::string WhyReadOnly(const Request& request, const std::string& ticket) const;
+  std::string WhyReadOnly(const Request& request, const std::string& ticket);
 
  private:
   std::optional<Response> CheckHost(const Request& request) const;
@@ -98,7 +98,7 @@ class Api {
   /// Responds, and tells what has been done, or that it was refused.
   Respond AndTell(std::string path, boost::json::object body, std::string from, Respond respond);
   void TellRefusal(std::string_view path, int status, const std::string& why,
-                   const std::string& from) const;
+                   const std::string& from);
 
   control::Control* const control_;
   const ApiOptions options_;
@@ -106,8 +106,8 @@ class Api {
   const Assets assets_;
   Pictures pictures_;
   EventLog events_;
-  mutable OperatorActions actions_;
-  mutable std::atomic<uint64_t> unauthorized_{0};
+  OperatorActions actions_;
+  std::atomic<uint64_t> unauthorized_{0};
 };
 
 }  // namespace pheromone::web

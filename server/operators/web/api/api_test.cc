@@ -138,6 +138,23 @@ TEST_F(ApiTest, AWrongTokenIsAWarningWithItsAddressAndCounted) {
   EXPECT_NE(Get("/metrics").body.find("\npheromone_unauthorized_total 3\n"), std::string::npos);
 }
 
+TEST_F(ApiTest, ATicketIsMadeWithTheTokenAndLetsAViewerMakeChanges) {
+  const std::string ticket(Parsed(Post("ticket", "{}")).at("ticket").as_string());
+  const Request viewer{.method = "POST", .target = "viewer"};
+  EXPECT_EQ(api_.WhyReadOnly(viewer, ticket), "");
+  EXPECT_NE(api_.WhyReadOnly(viewer, "1-0"), "");
+  EXPECT_NE(api_.WhyReadOnly(viewer, ""), "");
+  EXPECT_EQ(testing::AnswerOf(&api_, {.method = "POST", .target = "/api/v1/ticket"}).status, 401);
+  EXPECT_EQ(Get("/api/v1/ticket").headers.at(0).second, "POST");
+  EXPECT_EQ(Parsed(Get("/api/v1/events")).at("events").at(0).at("text"),
+            "made a ticket for a viewer");
+  Api without_token(&control_, {});
+  EXPECT_EQ(testing::AnswerOf(&without_token,
+                              {.method = "POST", .target = "/api/v1/ticket", .local = true})
+                .status,
+            409);
+}
+
 TEST_F(ApiTest, UnknownPathsAre404AndTargetsThatAreNone400) {
   for (const char* path :
        {"/dashboard", "/api/v1", "/api/v1/status/", "/api/v2/status", "/../etc/passwd"}) {

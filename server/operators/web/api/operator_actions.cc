@@ -126,11 +126,11 @@ std::optional<control::Notice> OperatorActions::NoteRefusal(std::string_view pat
                                                             const std::string& from,
                                                             uint64_t now_ms) {
   const std::lock_guard lock(mutex_);
-  if (now_ms - refusals_since_ms_ >= kRefusalMs) {
+  if (now_ms >= refusals_since_ms_ + kRefusalMs) {
     refusals_since_ms_ = now_ms;
     refusals_told_ = 0;
     std::erase_if(refused_,
-                  [&](const auto& it) { return now_ms - it.second.told_ms >= kForgetMs; });
+                  [&](const auto& it) { return now_ms >= it.second.told_ms + kForgetMs; });
   }
   if (refused_.size() >= kMaxClients && !refused_.contains(from)) {
     refused_.erase(std::min_element(
@@ -138,7 +138,7 @@ std::optional<control::Notice> OperatorActions::NoteRefusal(std::string_view pat
         [](const auto& a, const auto& b) { return a.second.told_ms < b.second.told_ms; }));
   }
   Refused& its = refused_[from];
-  const bool is_recent = its.told_ms != 0 && now_ms - its.told_ms < kRefusalMs;
+  const bool is_recent = its.told_ms != 0 && now_ms < its.told_ms + kRefusalMs;
   if (is_recent || refusals_told_ == kMaxRefusals) {
     ++its.untold;
     return std::nullopt;
@@ -166,7 +166,7 @@ std::optional<control::Notice> OperatorActions::Note(std::string_view path,
   }
   const bool is_stroke = body.contains("points_m");
   const std::lock_guard lock(mutex_);
-  const bool goes_on = is_stroke && words.what == last_ && now_ms - last_ms_ < kPauseMs;
+  const bool goes_on = is_stroke && words.what == last_ && now_ms < last_ms_ + kPauseMs;
   last_ = is_stroke ? words.what : "";
   last_ms_ = now_ms;
   if (goes_on) {

@@ -30,7 +30,8 @@ class OperatorActions {
   static constexpr uint64_t kPauseMs = 2000;
 
   /// `body` is that of a request to `path` which succeeded with `answer`; `from` is where it came
-  /// from; `now_ms` never decreases. Nothing: there is nothing to tell.
+  /// from; the times of several threads may come in another order. Nothing: there is nothing to
+  /// tell.
   std::optional<control::Notice> Note(std::string_view path, const boost::json::object& body,
                                       const boost::json::object& answer, std::string from,
                                       uint64_t now_ms);
