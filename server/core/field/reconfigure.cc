@@ -266,6 +266,8 @@ void Field::BeginReconfigure(uint64_t id, std::shared_ptr<const FieldConfig> nex
     if (successor == nullptr || successor->is_blend()) {
       EraseAll(law.type);
     } else if (law.diffuses() || successor->diffuses()) {
+      cost_ += (layers_.cells[law.type]->tile_count() + layers_.diffusing[law.type]->tile_count()) *
+               kCostOfRebasedTile;
       Rebase(law, *successor, now_ms);  // costs about as much as one step
     } else if (layers_.cells[law.type]->node_count() != 0) {
       setup->change[law.type] = LawChange{law, now_ms + 1};

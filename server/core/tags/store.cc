@@ -194,7 +194,7 @@ DefineOutcome Store::AddRobot(std::string_view unique_id, int32_t* robot, const 
 
 // A block uses its author, all strings of the one whose strings that uses, and the robots that it
 // is about.
-SymbolTables Store::Without(const Maker& maker) const {
+std::set<int32_t> Store::UsedBeside(const Maker& maker) const {
   std::set<int32_t> used;
   for (size_t i = 0; i < tags_.size(); ++i) {
     if (used_[i] == 0) {
@@ -203,7 +203,7 @@ SymbolTables Store::Without(const Maker& maker) const {
     for (const Slot& slot : tags_[i]->tag.slots()) {
       const Block& block = slot.block;
       if (!block.is_empty()) {
-        used.insert({block.author, symbols_.OwnerOf(block.author)});
+        used.insert(block.author);
       }
       for (const Term& term : {block.subject, block.object}) {
         if (term.is(TypeCode::kRobot)) {
@@ -212,15 +212,21 @@ SymbolTables Store::Without(const Maker& maker) const {
       }
     }
   }
-  return symbols_.Without(maker, std::move(used));
+  return symbols_.UsedBeside(maker, std::move(used));
 }
 
 size_t Store::CountForgettable(const Maker& maker) const {
-  return symbols_.rows().size() - Without(maker).rows().size();
+  const std::set<int32_t> used = UsedBeside(maker);
+  size_t count = 0;
+  for (size_t i = 0; i < symbols_.rows().size(); ++i) {
+    const bool is_its = symbols_.makers()[i] == maker;
+    count += static_cast<size_t>(is_its && used.count(symbols_.rows()[i].robot) == 0);
+  }
+  return count;
 }
 
 void Store::Forget(const Maker& maker) {
-  SymbolTables rest = Without(maker);
+  SymbolTables rest = symbols_.Without(maker, UsedBeside(maker));
   if (const auto frozen = frozen_symbols_.lock(); frozen && !*frozen) {
     *frozen = std::move(symbols_);
   }

@@ -137,7 +137,7 @@ class Store {
   void Settle(NamedTag& tag);
   void TakeOut(const NamedTag& tag);
   void FindPrivileged();
-  SymbolTables Without(const Maker& maker) const;
+  std::set<int32_t> UsedBeside(const Maker& maker) const;
 
   std::vector<std::shared_ptr<NamedTag>> tags_;  // by number - 1; null: the number is free
   std::vector<uint8_t> used_;                    // slots in use, by number - 1

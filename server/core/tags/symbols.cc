@@ -179,7 +179,7 @@ void SymbolTables::Append(const Row& row, const Maker& maker) {
   makers_.push_back(maker);
 }
 
-SymbolTables SymbolTables::Without(const Maker& maker, std::set<int32_t> used) const {
+std::set<int32_t> SymbolTables::UsedBeside(const Maker& maker, std::set<int32_t> used) const {
   for (size_t i = 0; i < rows_.size(); ++i) {
     if (makers_[i] != maker) {
       used.insert(rows_[i].robot);
@@ -192,6 +192,10 @@ SymbolTables SymbolTables::Without(const Maker& maker, std::set<int32_t> used) c
          it = owners_.find(it->second)) {
     }
   }
+  return used;
+}
+
+SymbolTables SymbolTables::Without(const Maker& maker, const std::set<int32_t>& used) const {
   SymbolTables rest;
   for (size_t i = 0; i < rows_.size(); ++i) {
     if (makers_[i] != maker || used.count(rows_[i].robot) > 0) {

@@ -104,9 +104,11 @@ class SymbolTables {
   DefineOutcome Define(const Row& row, const Maker& maker = {});
   DefineOutcome TryDefine(const Row& row, const Maker& maker = {}) const;
 
-  /// The same tables without what `maker` has defined, except of the robots in `used`, of those of
-  /// which others have defined something, and of those whose strings a remaining robot uses.
-  SymbolTables Without(const Maker& maker, std::set<int32_t> used) const;
+  /// The robots in `used`, those of which others than `maker` have defined something, and those
+  /// whose strings one of these uses.
+  std::set<int32_t> UsedBeside(const Maker& maker, std::set<int32_t> used) const;
+  /// The same tables without what `maker` has defined, except of the robots in `used`.
+  SymbolTables Without(const Maker& maker, const std::set<int32_t>& used) const;
 
   bool HasRobot(int32_t robot) const { return ids_.count(robot) > 0; }
   /// Null if it is not in the table.

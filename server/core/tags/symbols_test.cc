@@ -159,7 +159,7 @@ TEST(SymbolTablesTest, WithoutAMakerWhatOthersReferToRemains) {
   tables.DefineString(5, 1, "five");
   tables.Define({RowKind::kString, 8, 1, "eight"}, maker);
   tables.DefineMapping(6, 7);
-  const SymbolTables rest = tables.Without(maker, {1, 2});
+  const SymbolTables rest = tables.Without(maker, tables.UsedBeside(maker, {1, 2}));
   EXPECT_EQ(tables.rows().size(), 14u);
   EXPECT_EQ(rest.rows().size(), 11u);
   for (int32_t robot = 1; robot <= 9; ++robot) {
