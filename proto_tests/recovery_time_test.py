@@ -10,11 +10,12 @@ find the same state, and in the time that the edits took from request to answer,
 to start with an empty journal.
 
 The worst operators: three at once, without a pause, the largest brush strokes, areas, erasures, undo,
-redo and other laws, on a map of 10^7 nodes and on the default one. The server is killed at random
-moments about every minute. Each time the state has to be the same; in a run of ten minutes or more,
+redo and other laws, on a map of 10^7 nodes and on the default one. After lives of random length,
+about a minute, the server is killed once the last edit is complete. Each time the state has to be the same; in a run of ten minutes or more,
 snapshots have to be made although there is little log, and each recovery has to take 10 s at most.
 """
 
+import concurrent.futures
 import json
 import math
 import pathlib
@@ -23,7 +24,6 @@ import shutil
 import signal
 import sys
 import tempfile
-import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
@@ -170,12 +170,10 @@ class WorstOperators:
         def operate(rng):
             while time.monotonic() < end:
                 self.change(daemon, rng)
-        operators = [threading.Thread(target=operate, args=(random.Random(f"{seed}.{i}"),))
-                     for i in range(3)]
-        for thread in operators:
-            thread.start()
-        for thread in operators:
-            thread.join()
+        with concurrent.futures.ThreadPoolExecutor(3) as pool:
+            operators = [pool.submit(operate, random.Random(f"{seed}.{i}")) for i in range(3)]
+        for operator in operators:
+            operator.result()
         daemon.process.send_signal(signal.SIGHUP)  # two may have written the file at once
         # What was not waited for goes on for a while; the last change of all is this one.
         await_that(lambda: daemon.call("POST", "/api/v1/paint", {

@@ -31,7 +31,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from asking_robot import check  # noqa: E402
-from operated_daemon import TOKEN, OperatedDaemon, write_config  # noqa: E402
+from operated_daemon import OperatedDaemon, write_config  # noqa: E402
 from stranger.client import open_terminal  # noqa: E402
 from stranger.wire import Decoder, encode  # noqa: E402
 from test_config import link, map_of, pheromone, pty, table  # noqa: E402
@@ -102,11 +102,11 @@ def frame(text):
     return b"\x81" + size + bytes(4) + data
 
 
-def watch(port, target, context=None):
+def watch(port, target, by_tls):
     """Subscribes to whatever there is, by the numbers that channels have."""
     connection = socket.create_connection(("127.0.0.1", port))
-    if context:
-        connection = context.wrap_socket(connection)
+    if by_tls:
+        connection = untrusting().wrap_socket(connection)
     connection.sendall(UPGRADE.format(target).encode())
     head = b""
     while b"\r\n\r\n" not in head:
@@ -153,8 +153,8 @@ def stranger(act, *arguments):
 LOADS = [  # name, whether by TLS, (function, arguments behind the port) for each process
     ("nothing", False, []),
     ("60 raster clients", False, [(ask_for_rasters, 30)] * 2),
-    ("4 replays", False, [(watch, "/replay/{recording}")] * 4),
-    ("16 TLS viewers", True, [(watch, "/")] * 16),
+    ("4 replays", False, [(watch, "/replay/{recording}", False)] * 4),
+    ("16 TLS viewers", True, [(watch, "/", True)] * 16),
     ("400 handshakes/s", True, [(shake_hands, 200)] * 2),
     ("connection churn", False, [(come_and_go,)] * 4),
 ]
@@ -165,13 +165,8 @@ def strangers(daemon, acts):
     recording = next((it.name for it in (daemon.folder / "captures").glob("*.pcapng")), "")
     all_of_them = []
     for act, *rest in acts:
-        if act is watch:
-            rest = [rest[0].format(recording=recording), untrusting() if rest[0] == "/" else None]
-        if act is watch and rest[1]:
-            process = multiprocessing.Process(target=watch_by_tls, args=(daemon.web_port(), rest[0]))
-        else:
-            process = multiprocessing.Process(target=stranger,
-                                              args=(act, daemon.web_port(), *rest))
+        rest = [it.format(recording=recording) if isinstance(it, str) else it for it in rest]
+        process = multiprocessing.Process(target=stranger, args=(act, daemon.web_port(), *rest))
         process.start()
         all_of_them.append(process)
     try:
@@ -181,10 +176,6 @@ def strangers(daemon, acts):
         for process in all_of_them:
             process.kill()
             process.join()
-
-
-def watch_by_tls(port, target):
-    stranger(watch, port, target, untrusting())
 
 
 # --- Who is measured.

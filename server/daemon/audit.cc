@@ -1,7 +1,6 @@
 #include "server/daemon/audit.h"
 
 #include <fcntl.h>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "server/base/descriptor.h"
+#include "server/base/format.h"
 #include "server/operators/control/json_text.h"
 
 namespace pheromone::daemon {
@@ -21,9 +21,10 @@ constexpr size_t kMaxAuditWaiting = 1000;
 constexpr mode_t kAuditMode = 0640;
 
 std::string UtcNow() {
-  const auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
-  const auto second = std::chrono::floor<std::chrono::seconds>(now);
-  return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(second), (now - second).count());
+  const int64_t ms = std::chrono::duration_cast<std::chrono::milliseconds>(
+                         std::chrono::system_clock::now().time_since_epoch())
+                         .count();
+  return fmt::format("{}.{:03}Z", UtcText(ms / 1000, "%Y-%m-%dT%H:%M:%S"), ms % 1000);
 }
 
 }  // namespace

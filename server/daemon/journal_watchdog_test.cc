@@ -163,7 +163,7 @@ class JournalWatchdogTest : public ::testing::Test {
     service_.Handle(0, messages, &out);
   }
 
-  boost::asio::io_context io_;  // outlives the journal, which may be left with a probe's answer
+  boost::asio::io_context io_;
   StuckFolder folder_;
   LocalJournal journal_;
   engine::Service service_;

@@ -65,13 +65,6 @@ TEST_F(WatchdogTest, IsFedAgainAndAgainWhileAllIsWell) {
   AwaitFedMoreThan(10);
 }
 
-// It would be killed while it serves; /healthz and the log tell of the disk.
-TEST_F(WatchdogTest, IsFedWhileTheLogIsStuck) {
-  log_.GetStuck();
-  AwaitFedMoreThan(fed_ + 10);
-  log_.Heal();
-}
-
 TEST_F(WatchdogTest, IsNotFedWhileTheEngineIsStuck) {
   const int before = service_.Inspect([this](const engine::Engine&) {
     const int fed = fed_;

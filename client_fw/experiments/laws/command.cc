@@ -28,7 +28,6 @@ struct LawsOptions {
 void Show(const std::string& what) {
   if (isatty(STDERR_FILENO) != 0) {
     fmt::print(Unescaped(stderr), "\r{:60}\r{}", "", what);
-    std::fflush(stderr);
   }
 }
 

@@ -43,7 +43,6 @@ int RunSweeps(const SweepOptions& options) {
         RunSweep(sweep, Swept(), options.curve, options.seeds, [&] {
           if (isatty(STDERR_FILENO) != 0) {
             fmt::print(Unescaped(stderr), "\r{:60}\r{}: point {}", "", sweep.name, ++done);
-            std::fflush(stderr);
           }
         });
     all.insert(all.end(), points.begin(), points.end());

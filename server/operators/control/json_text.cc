@@ -131,10 +131,8 @@ std::string ToText(const json::value& value) {
 }
 
 std::string AuditLine(const control::Notice& notice, const std::string& time) {
-  return ToText(boost::json::object{{"time", time},
-                                    {"who", WellFormed(notice.subject)},
-                                    {"what", WellFormed(notice.text)},
-                                    {"done", notice.is_on}});
+  return ToText(boost::json::object{
+      {"time", time}, {"who", notice.subject}, {"what", notice.text}, {"done", notice.is_on}});
 }
 
 }  // namespace pheromone::web

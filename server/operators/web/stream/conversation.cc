@@ -222,8 +222,8 @@ Heard Conversation::Hear(std::string_view message, bool is_binary) {
   }
   if (heard.changes.size() > kMaxChanges) {
     Complain("found " + std::to_string(heard.changes.size()) +
-                 " changes in one message, expected " + "at most " + std::to_string(kMaxChanges) +
-                 ": nothing is changed",
+                 " changes in one message, expected at most " + std::to_string(kMaxChanges) +
+                 ": none of them is made",
              &heard);
     heard.changes.clear();
   }

@@ -226,7 +226,7 @@ TEST_F(ConversationTest, ChangesAFewThingsByOneMessageAndNothingBeyond) {
   const Heard heard = change(Conversation::kMaxChanges + 1);
   EXPECT_TRUE(heard.changes.empty());
   EXPECT_EQ(ObjectOf(heard.answers.back()).at("message"),
-            "found 17 changes in one message, expected at most 16: nothing is changed");
+            "found 17 changes in one message, expected at most 16: none of them is made");
 }
 
 TEST_F(ConversationTest, TellsAndKeepsParameters) {
