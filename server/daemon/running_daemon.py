@@ -22,6 +22,7 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
+from stranger.wire import encode  # noqa: E402
 from test_config import map_of, pheromone, pty  # noqa: E402
 
 PHEROMONED = ""
@@ -32,19 +33,8 @@ CONFIG = map_of() + pheromone(1, "trail", tau_s=30.0, maximum=0.25)
 PTY = pty("radio-a")
 
 
-def crc16(body):
-    crc = 0
-    for byte in body:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc >> 1) ^ (0xA001 if crc & 1 else 0)
-    return crc
-
-
 def frame(client, opcode, data):
-    body = bytes([client, opcode]) + data
-    body += crc16(body).to_bytes(2, "little")
-    return b"\x10\x02" + body.replace(b"\x10", b"\x10\x10") + b"\x10\x03"
+    return encode(bytes([client, opcode]) + data)
 
 
 PING = frame(3, 0x72, b"\x2a")

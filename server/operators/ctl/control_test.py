@@ -5,116 +5,22 @@
                     --pheromonectl build/release/bin/pheromonectl
 """
 
-import argparse
-import http.client
 import json
 import os
-import pathlib
 import pty
 import re
 import select
-import shutil
 import socket
-import stat
-import struct
 import subprocess
-import sys
-import tempfile
-import threading
 import time
-import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(ROOT / "proto_tests"))
-from operated_daemon import await_that  # noqa: E402
-from stranger import wire  # noqa: E402
-from stranger.client import Client, open_terminal  # noqa: E402
-import test_config  # noqa: E402
-from test_config import link, map_of, pheromone, table  # noqa: E402
-
-PHEROMONED = ""
-PHEROMONECTL = ""
-PATIENCE_S = 30
-TOKEN = "0123456789abcdef0123456789abcdef"
-
-CONFIG = (map_of(4.0, 3.0, bias_m=0.2) + pheromone(1, "trail", tau_s=3000, sigma_m=0.3)
-          + pheromone(2, "path", sigma_m=0.3) + test_config.pty("radio-a")
-          + link("modem", "serial", port="./unplugged")
-          + table("[tracker]", name="ceiling", listen="127.0.0.1:0")
-          + table("web", listen="127.0.0.1:0", token_file="token", hosts=["lab.local"]))
+import operated_server  # which knows where proto_tests is
+from operated_server import OperatedServer, PATIENCE_S
+from operated_daemon import await_that
+from stranger import wire
 
 
-class Server(unittest.TestCase):
-    """One pheromoned for the tests of a class."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        cls.folder = pathlib.Path(cls.temporary.name)
-        (cls.folder / "lab.toml").write_text(CONFIG)
-        (cls.folder / "token").write_text(TOKEN + "\n")
-        (cls.folder / "token").chmod(0o600)
-        cls.process = subprocess.Popen([PHEROMONED, "--config", "lab.toml"], cwd=cls.folder,
-                                       stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        log = b""
-        while b"ready: " not in log:
-            if not select.select([cls.process.stderr], [], [], PATIENCE_S)[0]:
-                raise AssertionError(log.decode())
-            log += os.read(cls.process.stderr.fileno(), 65536)
-        cls.port = int(re.search(rb"web: http://127\.0\.0\.1:(\d+)", log)[1])
-        cls.drain = threading.Thread(target=cls.process.stderr.read)
-        cls.drain.start()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.process.terminate()
-        status = cls.process.wait(PATIENCE_S)
-        cls.drain.join()
-        cls.process.stderr.close()
-        left = (cls.folder / "pheromoned.sock").exists()
-        cls.temporary.cleanup()
-        assert status == 0, status
-        assert not left, "the socket was left behind"
-
-    def ctl(self, *arguments, status=0):
-        result = subprocess.run([PHEROMONECTL, *(str(it) for it in arguments)], cwd=self.folder,
-                                text=True, capture_output=True, timeout=PATIENCE_S, check=False)
-        self.assertEqual(result.returncode, status, (arguments, result.stdout, result.stderr))
-        if status == 0:
-            self.assertEqual(result.stderr, "")
-            return result.stdout
-        self.assertEqual(result.stdout, "")
-        return result.stderr
-
-    def halt(self):
-        """Its exit status, and what it tells: the modem is unplugged."""
-        result = subprocess.run([PHEROMONECTL, "halt"], cwd=self.folder, text=True,
-                                capture_output=True, timeout=PATIENCE_S, check=False)
-        self.assertEqual(result.stderr, "")
-        return result.returncode, result.stdout
-
-    def view(self, *arguments):
-        return json.loads(self.ctl(*arguments, "--json"))
-
-    def request(self, method, path, body=None, **headers):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
-        connection.request(method, path, body, {key.replace("_", "-"): value
-                                                for key, value in headers.items()})
-        answer = connection.getresponse()
-        data = answer.read()
-        connection.close()
-        return answer, data
-
-    def robot(self, identifier):
-        """A robot on the link that has said HELLO. One at a time: they would share the terminal."""
-        line = open_terminal(self.folder / "radio-a.pty")
-        self.addCleanup(line.close)
-        client = Client(line, identifier, timeout=PATIENCE_S, tries=1)
-        client.hello(nonce=1)
-        return client
-
-
-class StatusTest(Server):
+class StatusTest(OperatedServer):
     """On a server of its own: where nothing lies and nobody is commanded, nothing falls due, and the
     log grows by what robots do alone."""
 
@@ -146,7 +52,7 @@ class StatusTest(Server):
                       self.ctl("status"))
 
 
-class ControlTest(Server):
+class ControlTest(OperatedServer):
     def raster(self, pheromone):
         _, data = self.request("GET", f"/api/v1/field?pheromone={pheromone}&nodes_per_cell=1")
         return json.loads(data)
@@ -217,28 +123,6 @@ class ControlTest(Server):
         self.assertEqual(json.loads(self.ctl("--json", "undo"))["what"], 'stroke of "path"')
         self.ctl("erase", "path", "--all")
 
-    def test_idle_connections_lock_nobody_out(self):
-        idle = []
-        for _ in range(300):
-            idle.append(socket.create_connection(("127.0.0.1", self.port), PATIENCE_S))
-        for _ in range(200):
-            it = socket.socket(socket.AF_UNIX)
-            it.connect(str(self.folder / "pheromoned.sock"))
-            idle.append(it)
-        self.assertIn("halt sent", self.halt()[1])
-        self.assertEqual(self.request("GET", "/healthz")[0].status, 200)
-        for it in idle:
-            it.close()
-
-    def test_a_header_or_a_key_that_comes_twice_is_refused(self):
-        with socket.create_connection(("127.0.0.1", self.port), PATIENCE_S) as line:
-            line.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\n\r\n")
-            self.assertTrue(line.recv(65536).startswith(b"HTTP/1.1 400 "))
-        answer, data = self.request("POST", "/api/v1/deposit",
-                                    '{"pheromone": 1, "x_m": 1, "y_m": 1, "x_m": 2}',
-                                    Authorization=f"Bearer {TOKEN}")
-        self.assertEqual((answer.status, json.loads(data)["error"]["where"]), (400, "x_m"))
-
     def test_a_deposit_is_one_quantum_at_the_nearest_node(self):
         self.ctl("erase", "1", "--all")
         self.ctl("deposit", "trail", 0.52, 0.48)
@@ -279,7 +163,7 @@ class ControlTest(Server):
         for arguments in ((), ("nothing",), ("erase", "trail"), ("erase", "trail", 1, 2, 3),
                           ("command", "radio-a", 0, "halt"), ("deposit", "trail", 1),
                           ("paint", "trail", "--all", "--area", 1, 1, 2, 2)):
-            self.assertEqual(subprocess.run([PHEROMONECTL, *map(str, arguments)], check=False,
+            self.assertEqual(subprocess.run([operated_server.PHEROMONECTL, *map(str, arguments)], check=False,
                                             capture_output=True).returncode, 2, arguments)
 
     def test_without_a_server_it_says_where_it_looked_and_what_to_do(self):
@@ -311,148 +195,21 @@ class ControlTest(Server):
         self.assertIn("arguments: found [1], expected 2 arguments: ",
                       self.ctl("command", "radio-a", 1, "go-to", 1, status=2))
 
-    def test_a_command_waits_for_the_robots_word(self):
-        robot = self.robot(24)
-        with subprocess.Popen([PHEROMONECTL, "command", "radio-a", "24", "speed", "250"],
-                              cwd=self.folder, stdout=subprocess.PIPE, text=True) as ctl:
-            message = self.receive(robot, 24)
-            self.assertEqual(message[3:], bytes([3, 250, 0]))  # code, i16
-            robot.line.send(wire.encode(bytes([24, 0x51, message[2], 3, 0, 0])))
-            self.assertEqual(ctl.communicate(timeout=PATIENCE_S)[0], "speed: accepted\n")
-            self.assertEqual(ctl.returncode, 0)
-
-    def test_get_prints_the_value_with_its_name_and_unit(self):
-        robot = self.robot(26)
-        for seq, number, value, words in ((41, 136, 125, "battery: 12.5 V"),
-                                          (42, 136, 125, "battery: 12.5 V"),
-                                          (43, 7, 250, "speed_mm_s: 250 mm/s"),
-                                          (44, 133, 6, "why it stands: 6 (fail-safe, halted)")):
-            with subprocess.Popen([PHEROMONECTL, "command", "radio-a", "26", "get", str(number)],
-                                  cwd=self.folder, stdout=subprocess.PIPE, text=True) as ctl:
-                message = self.receive(robot, 26)
-                self.assertEqual(message[3:], bytes([9, number]))
-                robot.line.send(wire.encode(bytes([26, 0x51, message[2], 9, 0, 0])))
-                robot.line.send(wire.encode(bytes([26, 0x52, seq, 8, value, 0])))
-                self.assertEqual(ctl.communicate(timeout=PATIENCE_S)[0], words + "\n")
-                self.assertEqual(ctl.returncode, 0)
-
-    def test_a_goal_is_shown_and_ends_with_a_halt(self):
-        robot = self.robot(28)
-        self.assertIn("robot 28 has not reported its position yet",
-                      self.ctl("goto", "radio-a", 28, 2, 1, status=1))
-        self.ctl("capture", "start")
-        robot.sense(1, 1000, 1000, 0)
-        self.assertEqual(self.ctl("goto", "radio-a", 28, 2, 1, "--tolerance", 0.05),
-                         "robot 28 on link radio-a: goal (2, 1) m\n")
-        self.assertEqual([it["goal"] for it in self.view("clients")["clients"] if it["id"] == 28],
-                         [{"x_m": 2, "y_m": 1, "tolerance_m": 0.05}])
-        self.assertRegex(self.ctl("clients"), r"\nradio-a +28 .* 2\.00 1\.00 m ")
-        strength = int(4096 * (1.0 / 1.4) ** 2)  # a metre before the goal
-        self.assertEqual(tuple(robot.sense(1, 1000, 1000, 0)), (strength, strength))
-        self.assertEqual(tuple(robot.sense(1, 1000, 1000, 16384)), (strength - 8192, strength))
-        self.assertEqual(tuple(robot.sense(1, 1960, 1000, 0)), (0, 0))
-        message = self.receive(robot, 28)
-        self.assertEqual(message[3], 1)  # halt
-        robot.line.send(wire.encode(bytes([28, 0x51, message[2], 1, 0, 0])))
-        self.assertEqual([it["goal"] for it in self.view("clients")["clients"] if it["id"] == 28],
-                         [None])
-        self.assertRegex(self.ctl("goto", "radio-a", 28, 2, 2), "goal")
-        self.assertEqual(self.ctl("goto", "radio-a", 28, "--cancel"),
-                         "robot 28 on link radio-a: goal cancelled\n")
-        file = self.folder / self.view("capture", "stop")["file"]
-        self.assertRegex(self.ctl("replay", file), r"[1-9]\d* answers")
-
-    def test_a_goal_that_cannot_be_is_refused_with_the_reason(self):
-        self.robot(29).sense(1, 1000, 1000, 0)
-        for arguments, words in (
-                (("radio-a", 29, 50, 1), "(50, 1) m is off the map"),
-                (("radio-a", 30, 1, 1), 'no robot 30 has said HELLO on link "radio-a", expected one of '),
-                (("nowhere", 29, 1, 1), 'unknown link "nowhere"'),
-                (("radio-a", 29, "--cancel"), "robot 29 has no goal")):
-            self.assertIn(words, self.ctl("goto", *arguments, status=1))
-        for arguments in (("radio-a", 29), ("radio-a", 29, 1), ("radio-a", 29, 1, 1, "--cancel"),
-                          ("radio-a", 0, 1, 1), ("radio-a", 29, 1, 1, "--tolerance", 0)):
-            self.ctl("goto", *arguments, status=2)
-
-    def test_halt_reaches_all_robots(self):
-        robot = self.robot(25)
-        self.halt()
-        self.assertEqual(self.receive(robot, 0xFF)[3], 1)
-
-    def test_halt_names_the_dead_link_and_who_moves_on_or_is_silent(self):
-        line = open_terminal(self.folder / "radio-a.pty")
-        self.addCleanup(line.close)
-        for identifier in (51, 52, 53):
-            client = Client(line, identifier, timeout=PATIENCE_S, tries=1)
-            client.hello(nonce=1)
-        client.sense(1, 1500, 1500, 0)
-        over = threading.Event()
-
-        def drive():  # 51 stands, 52 moves on, 53 is silent
-            x_mm = 1000
-            while not over.wait(0.03):
-                x_mm += 5
-                for identifier, x in ((51, 1000), (52, x_mm)):
-                    line.send(wire.encode(bytes([identifier, 0x01])
-                                          + struct.pack("<hhH", x, 1000, 0)))
-
-        robots = threading.Thread(target=drive)
-        robots.start()
-        try:
-            await_that(lambda: self.state(53)["is"] == "silent", "robot 53 is silent")
-            self.assertTrue(self.state(52)["moves"])
-            self.assertFalse(self.state(51)["moves"])
-            status, told = self.halt()
-            self.assertEqual(self.state(51)["is"], "halted")
-            self.assertEqual((self.state(52)["is"], self.state(52)["reason"]),
-                             ("alarm", "it was told to halt, and moves"))
-        finally:
-            over.set()
-            robots.join()
-        self.assertEqual(status, 1)
-        self.assertIn("halt sent on 1 of 2 links\n  modem is down: ./unplugged: No such file or "
-                      "directory; its robots were not told\n", told)
-        self.assertIn("  robot 52 on radio-a was not seen to stand\n", told)
-        self.assertIn("  robot 53 on radio-a has been silent for ", told)
-        self.assertNotIn("robot 51", told)
-        sent = subprocess.run([PHEROMONECTL, "goto", "radio-a", "53", "2", "2"], cwd=self.folder,
-                              text=True, capture_output=True, timeout=PATIENCE_S, check=False)
-        self.assertRegex(sent.stderr, r"^pheromonectl: robot 53 on radio-a has been silent for .*"
-                         r"; it goes there once it is heard again\n$")
-        sent = subprocess.run([PHEROMONECTL, "command", "radio-a", "53", "halt", "--no-wait"],
-                              cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE_S,
-                              check=False)
-        self.assertRegex(sent.stderr, r"^pheromonectl: robot 53 on radio-a has been silent for .*"
-                         r"; it may not receive this\n$")
-        self.assertEqual(sent.stdout, "halt: sent\n")
-
-    def state(self, identifier):
-        return next(client["state"] for client in self.view("clients")["clients"]
-                    if client["id"] == identifier)
-
-    def receive(self, robot, identifier):
-        """The next COMMAND for an ID: ID, opcode, seq, code, arguments."""
-        deadline = time.monotonic() + PATIENCE_S
-        while (body := robot.line.receive(deadline)) is not None:
-            if body[:2] == bytes([identifier, 0xD1]):
-                return body
-        raise AssertionError("no command came")
-
     def test_reload_says_what_waits_for_a_restart(self):
         file = self.folder / "lab.toml"
-        self.addCleanup(file.write_text, CONFIG)
-        file.write_text(CONFIG.replace("tau_s = 3000", "tau_s = 2000") + "[daemon]\nio_threads = "
+        self.addCleanup(file.write_text, operated_server.CONFIG)
+        file.write_text(operated_server.CONFIG.replace("tau_s = 3000", "tau_s = 2000") + "[daemon]\nio_threads = "
                                                                          "2\n")
         self.assertEqual(self.ctl("reload"), "configuration reread\n  changed [daemon], "
                          "[control] or [web] settings require a restart\n")
         self.assertIn("loses one quantum every 2000 s", self.ctl("config", "show"))
-        file.write_text(CONFIG.replace("cell_m = 0.1", "cell_m = 0.2"))
+        file.write_text(operated_server.CONFIG.replace("cell_m = 0.1", "cell_m = 0.2"))
         extent = "the map: x from 0 to 4 m, y from 0 to 3 m, cells of"
         self.assertEqual(self.ctl("reload", status=1),
                          f"pheromonectl: the state is of {extent} 0.1 m; the configuration has "
                          f"{extent} 0.2 m; a running server keeps its map: restart it, with a "
                          "journal after pheromonectl journal resample\n")
-        file.write_text(CONFIG)
+        file.write_text(operated_server.CONFIG)
         self.ctl("reload")
 
     def test_a_recording_is_started_looked_at_and_stopped(self):
@@ -475,94 +232,21 @@ class ControlTest(Server):
         self.assertRegex(self.ctl("capture", "status"), r"^not recording; the last into "
                                                         r"\S+/captures/")
         for arguments in (("capture",), ("capture", "pause"), ("capture", "start", "here")):
-            self.assertEqual(subprocess.run([PHEROMONECTL, *arguments], check=False,
+            self.assertEqual(subprocess.run([operated_server.PHEROMONECTL, *arguments], check=False,
                                             capture_output=True).returncode, 2, arguments)
 
     def test_config_check_says_what_the_daemon_says(self):
-        (self.folder / "bad.toml").write_text(CONFIG.replace("tau_s = 0", "tau_s = -1"))
+        (self.folder / "bad.toml").write_text(operated_server.CONFIG.replace("tau_s = 0", "tau_s = -1"))
         for name in ("lab.toml", "bad.toml"):
-            of_daemon = subprocess.run([PHEROMONED, "--check", "--config", name], cwd=self.folder,
+            of_daemon = subprocess.run([operated_server.PHEROMONED, "--check", "--config", name], cwd=self.folder,
                                        text=True, capture_output=True, check=False)
-            of_ctl = subprocess.run([PHEROMONECTL, "config", "check", name], cwd=self.folder,
+            of_ctl = subprocess.run([operated_server.PHEROMONECTL, "config", "check", name], cwd=self.folder,
                                     text=True, capture_output=True, check=False)
             self.assertEqual((of_ctl.returncode, of_ctl.stdout, of_ctl.stderr),
                              (of_daemon.returncode, of_daemon.stdout, of_daemon.stderr))
 
     def test_version_is_that_of_both(self):
         self.assertRegex(self.ctl("version"), r"^pheromonectl (\S+)\npheromoned \1\n$")
-
-    def test_over_the_network_reading_is_free_and_changing_needs_the_token(self):
-        answer, data = self.request("GET", "/api/v1/status")
-        self.assertEqual((answer.status, answer.getheader("Content-Type")),
-                         (200, "application/json"))
-        json.loads(data)
-        halt = ("POST", "/api/v1/halt", "{}")
-        for status, headers in ((401, {}), (401, {"Authorization": "Bearer x"}),
-                                (403, {"Authorization": f"Bearer {TOKEN}",
-                                       "Origin": "http://evil.example"}),
-                                (200, {"Authorization": f"Bearer {TOKEN}"}),
-                                (200, {"Authorization": f"Bearer {TOKEN}",
-                                       "Origin": f"http://127.0.0.1:{self.port}"})):
-            answer, data = self.request(*halt, **headers)
-            self.assertEqual(answer.status, status, (headers, data))
-        for status, host in ((421, "evil.example"), (200, "lab.local:80"), (200, "localhost")):
-            answer, data = self.request("GET", "/api/v1/status", Host=host)
-            self.assertEqual(answer.status, status, (host, data))
-        answer, data = self.request("GET", "/api/v1/halt")
-        self.assertEqual((answer.status, answer.getheader("Allow")), (405, "POST"))
-        self.assertEqual(set(json.loads(data)["error"]), {"what", "where", "expected"})
-        self.assertEqual(self.request("GET", "/healthz")[0].status, 200)
-
-    def test_the_socket_is_for_its_user_and_group(self):
-        mode = (self.folder / "pheromoned.sock").stat().st_mode
-        self.assertTrue(stat.S_ISSOCK(mode))
-        self.assertEqual(stat.S_IMODE(mode), 0o660)
-
-    @unittest.skipIf(os.geteuid() != 0, "only root can become somebody else")
-    def test_who_may_not_use_the_socket_is_told_of_the_group(self):
-        self.folder.chmod(0o755)
-        result = subprocess.run([PHEROMONECTL, "status"], cwd=self.folder, text=True, user=65534,
-                                group=65534, extra_groups=[], capture_output=True,
-                                timeout=PATIENCE_S, check=False)
-        self.assertEqual((result.returncode, result.stdout), (3, ""))
-        self.assertEqual(result.stderr, "pheromonectl: pheromoned.sock: Permission denied; the "
-                         "server may be used by members of its group, of the service: pheromone. "
-                         "Join it (sudo adduser $USER pheromone, then log in again), or use sudo\n")
-
-    def second(self, config):
-        """What a server beside this one says, which ends with status 1."""
-        (self.folder / "second.toml").write_text(config)
-        result = subprocess.run([PHEROMONED, "--config", "second.toml"], cwd=self.folder, text=True,
-                                capture_output=True, timeout=PATIENCE_S, check=False)
-        self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertNotIn("ready: ", result.stderr)
-        self.ctl("status")  # the first one was left alone
-        return result.stderr
-
-    def test_a_second_server_beside_it_ends_and_says_who_has_socket_and_port(self):
-        holder = rf"pheromoned \(process {self.process.pid}, since \d+-\d+-\d+ \d+:\d+:\d+\)"
-        config = CONFIG.replace("radio-a.pty", "second.pty")
-        self.assertRegex(self.second(config), "control: pheromoned.sock: in use by " + holder
-                         + "; a server that pheromonectl cannot reach does not start")
-        self.assertFalse((self.folder / "second.pty").is_symlink())
-        config = config.replace("127.0.0.1:0", f"127.0.0.1:{self.port}") + table(
-            "control", socket="second.sock")
-        self.assertRegex(self.second(config),
-                         f"web: cannot listen on 127.0.0.1 port {self.port}: Address already in use "
-                         f"by {holder}; choose another one")
-        self.assertFalse((self.folder / "second.sock").exists())
-
-    def test_promtool_has_nothing_to_say_about_the_metrics(self):
-        promtool = shutil.which("promtool")
-        if promtool is None:
-            self.skipTest("promtool is not installed")
-        self.robot(26)
-        answer, data = self.request("GET", "/metrics")
-        self.assertEqual(answer.getheader("Content-Type"),
-                         "text/plain; version=0.0.4; charset=utf-8")
-        result = subprocess.run([promtool, "check", "metrics"], input=data, capture_output=True,
-                                check=False)
-        self.assertEqual((result.returncode, result.stdout + result.stderr), (0, b""))
 
     def test_watch_once_draws_what_lies_on_the_map(self):
         self.ctl("erase", "path", "--all")
@@ -579,7 +263,7 @@ class ControlTest(Server):
         if child == 0:
             os.chdir(self.folder)
             os.environ["TERM"] = "xterm"
-            os.execv(PHEROMONECTL, [PHEROMONECTL, "watch", "path"])
+            os.execv(operated_server.PHEROMONECTL, [operated_server.PHEROMONECTL, "watch", "path"])
         shown = b""
         deadline = time.monotonic() + PATIENCE_S
         asked = False
@@ -602,16 +286,5 @@ class ControlTest(Server):
         self.assertIn("\u2580".encode(), shown)
 
 
-def main():
-    global PHEROMONED, PHEROMONECTL
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--pheromoned", required=True)
-    parser.add_argument("--pheromonectl", required=True)
-    arguments, rest = parser.parse_known_args()
-    PHEROMONED = str(pathlib.Path(arguments.pheromoned).resolve())
-    PHEROMONECTL = str(pathlib.Path(arguments.pheromonectl).resolve())
-    unittest.main(argv=[sys.argv[0], *rest])
-
-
 if __name__ == "__main__":
-    main()
+    operated_server.main(__doc__)
