@@ -7,10 +7,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 
 #include "client_fw/core/pioneer/pioneer.h"
 #include "client_fw/core/testing/naive_arcos.h"
+#include "proto_tests/fuzz/require.h"
 
 namespace {
 
@@ -18,12 +18,7 @@ using pheromone::client::Bytes;
 using pheromone::client::NaiveBodies;
 using pheromone::client::NaivePacket;
 using pheromone::client::Pioneer;
-
-void Check(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
+using pheromone::fuzz::Require;
 
 void CheckReceiver(const Bytes& stream) {
   const std::vector<Bytes> expected = NaiveBodies(stream);
@@ -33,19 +28,19 @@ void CheckReceiver(const Bytes& stream) {
     if (!receiver.Push(byte, 0)) {
       continue;
     }
-    Check(found < expected.size());
+    Require(found < expected.size());
     const Bytes& body = expected[found++];
-    Check(receiver.id() == body[0]);
+    Require(receiver.id() == body[0]);
     const bool is_sip = body[0] >= 0x30 && body[0] <= 0x34 && body.size() >= 7;
-    Check(receiver.IsSip() == is_sip);
-    Check(!is_sip ||
-          (receiver.X() == body[1] + 256 * body[2] && receiver.Y() == body[3] + 256 * body[4] &&
-           receiver.Heading() == body[5] + 256 * body[6]));
-    Check(receiver.HasStallAndFlags() == (body.size() >= 18));
-    Check(body.size() < 18 ||
-          (receiver.Stall() == body[12] + 256 * body[13] && receiver.Flags() == body[16]));
+    Require(receiver.IsSip() == is_sip);
+    Require(!is_sip ||
+            (receiver.X() == body[1] + 256 * body[2] && receiver.Y() == body[3] + 256 * body[4] &&
+             receiver.Heading() == body[5] + 256 * body[6]));
+    Require(receiver.HasStallAndFlags() == (body.size() >= 18));
+    Require(body.size() < 18 ||
+            (receiver.Stall() == body[12] + 256 * body[13] && receiver.Flags() == body[16]));
   }
-  Check(found == expected.size());
+  Require(found == expected.size());
 }
 
 class Line {
@@ -71,7 +66,7 @@ class Line {
     if (pioneer_.tx_size() == 0) {
       return;
     }
-    Check(static_cast<uint16_t>(now_ms_ - sent_ms_) >= pheromone::client::kCommandGapMs);
+    Require(static_cast<uint16_t>(now_ms_ - sent_ms_) >= pheromone::client::kCommandGapMs);
     sent_ms_ = now_ms_;
     Bytes sent;
     while (pioneer_.tx_size() != 0) {
@@ -79,9 +74,9 @@ class Line {
       pioneer_.OnPut(now_ms_);
     }
     const std::vector<Bytes> bodies = NaiveBodies(sent);
-    Check(bodies.size() == 1 && NaivePacket(bodies[0]) == sent);
+    Require(bodies.size() == 1 && NaivePacket(bodies[0]) == sent);
     const Bytes stand_still = {32, 0x3B, 0, 0};
-    Check(pioneer_.known() || bodies[0][0] != 32 || bodies[0] == stand_still);
+    Require(pioneer_.known() || bodies[0][0] != 32 || bodies[0] == stand_still);
   }
 
   uint16_t now_ms_ = 65'000;  // the clock wraps soon

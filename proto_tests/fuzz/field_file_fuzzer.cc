@@ -4,22 +4,17 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <string_view>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/formats/maps/field_file.h"
 
 namespace {
 
 using pheromone::field::FieldConfig;
 using pheromone::field::PheromoneLaw;
+using pheromone::fuzz::Require;
 using pheromone::maps::SavedField;
-
-void Check(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
 
 // A configuration that takes what was saved.
 FieldConfig ConfigFor(const SavedField& saved) {
@@ -43,21 +38,21 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const auto parsed = pheromone::maps::ParseField(text, "fuzz");
   if (!parsed.ok()) {
-    Check(parsed.error().starts_with("fuzz:") && parsed.error().size() > 10);
+    Require(parsed.error().starts_with("fuzz:") && parsed.error().size() > 10);
     return 0;
   }
   const SavedField& saved = parsed.value();
-  Check(pheromone::maps::EncodeField(saved) == text);
+  Require(pheromone::maps::EncodeField(saved) == text);
   FieldConfig config = ConfigFor(saved);
   const auto laid = pheromone::maps::LayOnto(saved, &config);
   constexpr int32_t kLargest = 1000;  // not a map of millions of nodes again and again
   if (!laid.ok()) {
-    Check(laid.error().find("configured memory") != std::string_view::npos);
+    Require(laid.error().find("configured memory") != std::string_view::npos);
   } else if (std::max(config.map.columns(), config.map.rows()) <= kLargest) {
     const pheromone::field::Field field(config);
     for (const pheromone::field::InitialRaster& print : saved.initial_rasters) {
       for (const pheromone::field::InitialNode& it : *print.nodes) {
-        Check(field.LevelOf(print.type, it.node, 0) == it.level);
+        Require(field.LevelOf(print.type, it.node, 0) == it.level);
       }
     }
   }

@@ -5,7 +5,6 @@
 // nothing is changed.
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <set>
 #include <string>
 #include <string_view>
@@ -14,6 +13,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/operators/web/api/api.h"
 #include "server/operators/web/server.h"
 #include "server/operators/web/session.h"
@@ -21,17 +21,12 @@
 
 namespace {
 
+using pheromone::fuzz::Require;
 using namespace pheromone::web;  // NOLINT(google-build-using-namespace)
 namespace http = boost::beast::http;
 
 constexpr char kToken[] = "0123456789abcdef";
 constexpr int kMaxRequests = 4;
-
-void Expect(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
 
 struct Bench {
   Bench() { control.status.capture.folder = PHEROMONE_SOURCE_DIR "/proto_tests/replay"; }
@@ -57,26 +52,26 @@ struct Bench {
 void CheckError(const Response& response) {
   boost::system::error_code failed;
   const boost::json::value body = boost::json::parse(response.body, failed);
-  Expect(!failed && body.is_object() && body.as_object().contains("error"));
+  Require(!failed && body.is_object() && body.as_object().contains("error"));
   const boost::json::object& error = body.at("error").as_object();
-  Expect(error.size() == 3 && !error.at("what").as_string().empty());
+  Require(error.size() == 3 && !error.at("what").as_string().empty());
 }
 
 void CheckAnswer(const Response& response) {
   static const std::set<int> statuses = {200, 206, 400, 401, 403, 404, 405,
                                          409, 416, 421, 500, 501, 503};
-  Expect(statuses.count(response.status) == 1);
+  Require(statuses.count(response.status) == 1);
   if (response.status >= 400) {
     CheckError(response);
   }
   for (const auto& [name, value] : response.headers) {
-    Expect(value.find_first_of("\r\n") == std::string::npos);
+    Require(value.find_first_of("\r\n") == std::string::npos);
   }
   if (response.content != nullptr) {
     std::string portion;
     response.content->Read(response.content_offset, 100,
                            [&](Response read) { portion = std::move(read.body); });
-    Expect(portion.size() == 100 || portion.size() >= response.content_bytes);
+    Require(portion.size() == 100 || portion.size() >= response.content_bytes);
   }
   (void)ToAnswer(response, 11, true);
 }
@@ -87,9 +82,9 @@ void Serve(Bench* bench, const Request& request) {
     ++answers;
     CheckAnswer(response);
   });
-  Expect(answers == 1);
+  Require(answers == 1);
   const bool may_change = request.local || request.authorization == std::string("Bearer ") + kToken;
-  Expect((may_change && request.method == "POST") || !bench->has_changed());
+  Require((may_change && request.method == "POST") || !bench->has_changed());
   (void)IsUrgent(request);
   (void)bench->api.CheckStream(request);
   bench->Forget();
@@ -119,7 +114,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
     if (error || !parser.is_done()) {
       const int status = error ? StatusOf(error) : 0;
-      Expect(status == 0 || status == 400 || status == 413 || status == 431);
+      Require(status == 0 || status == 400 || status == 413 || status == 431);
       return 0;
     }
     if (!ProblemOf(parser.get())) {

@@ -8,10 +8,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/core/engine/event_codec.h"
 #include "server/core/engine/testing/bench.h"
 #include "server/store/journal/crc32c.h"
@@ -25,16 +25,11 @@
 namespace {
 
 using pheromone::ByteWriter;
+using pheromone::fuzz::Require;
 using pheromone::journal::RecordKind;
 using pheromone::journal::SegmentName;
 using pheromone::journal::SnapshotName;
 using pheromone::journal::testing::CrashFolder;
-
-void Require(bool condition) {
-  if (!condition) {
-    std::abort();
-  }
-}
 
 void Put(const std::string& name, std::string_view bytes, CrashFolder* folder) {
   auto file = folder->Create(name);

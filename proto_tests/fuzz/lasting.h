@@ -1,19 +1,13 @@
 // What several fuzzers hold the engine to.
 #pragma once
 
-#include <cstdlib>
 #include <string>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/base/bytes.h"
 #include "server/core/engine/engine.h"
 
 namespace pheromone::fuzz {
-
-inline void Require(bool condition) {
-  if (!condition) {
-    std::abort();
-  }
-}
 
 inline std::string Saved(const engine::Engine& engine) {
   ByteWriter writer;

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/formats/maps/polyline_file.h"
 #include "server/formats/maps/svg/svg_path.h"
 
@@ -17,16 +18,11 @@ namespace {
 
 using pheromone::Result;
 using pheromone::field::PointUm;
+using pheromone::fuzz::Require;
 using pheromone::maps::Polyline;
 using Lines = std::vector<Polyline>;
 
 constexpr int64_t kToleranceUm = 10'000;  // coarse, so that a run takes little time
-
-void Check(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
 
 Result<Lines> Parse(uint8_t parser, std::string_view text) {
   using pheromone::maps::PolylineFormat;
@@ -56,15 +52,15 @@ void CheckSound(const Lines& lines) {
   for (const Polyline& line : lines) {
     const size_t size = line.points.size();
     points += size;
-    Check(size > (line.closed ? 1u : 0u));
-    Check(size < 3 || line.points.front() != line.points.back());
-    Check(std::adjacent_find(line.points.begin(), line.points.end()) == line.points.end());
+    Require(size > (line.closed ? 1u : 0u));
+    Require(size < 3 || line.points.front() != line.points.back());
+    Require(std::adjacent_find(line.points.begin(), line.points.end()) == line.points.end());
     for (const PointUm point : line.points) {
-      Check(static_cast<double>(std::abs(point.x)) <= pheromone::maps::kMaxCoordinateUm);
-      Check(static_cast<double>(std::abs(point.y)) <= pheromone::maps::kMaxCoordinateUm);
+      Require(static_cast<double>(std::abs(point.x)) <= pheromone::maps::kMaxCoordinateUm);
+      Require(static_cast<double>(std::abs(point.y)) <= pheromone::maps::kMaxCoordinateUm);
     }
   }
-  Check(!lines.empty() && points <= pheromone::maps::kMaxPolylinePoints);
+  Require(!lines.empty() && points <= pheromone::maps::kMaxPolylinePoints);
 }
 
 std::string ToCsv(const Lines& lines) {
@@ -94,14 +90,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
   const Result<Lines> lines = Parse(static_cast<uint8_t>(data[0] - '0') % 6, text);
   if (!lines.ok()) {
-    Check(lines.error().starts_with("fuzz:"));
-    Check(lines.error().find(", expected ") != std::string::npos);
+    Require(lines.error().starts_with("fuzz:"));
+    Require(lines.error().find(", expected ") != std::string::npos);
     return 0;
   }
   CheckSound(lines.value());
   const std::string csv = ToCsv(lines.value());
   if (csv.size() < 100'000) {  // not the same again and again
-    Check(Parse(0, csv).value() == lines.value());
+    Require(Parse(0, csv).value() == lines.value());
   }
   return 0;
 }

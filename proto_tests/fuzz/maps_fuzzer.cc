@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/formats/maps/csv_grid.h"
 #include "server/formats/maps/npy.h"
 #include "server/formats/maps/pgm.h"
@@ -17,18 +17,13 @@
 namespace {
 
 using pheromone::Result;
+using pheromone::fuzz::Require;
 using pheromone::maps::GrayImage;
 using pheromone::maps::Raster;
 
-void Check(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
-
 template <typename T>
 bool Understood(const Result<T>& result) {
-  Check(result.ok() || (result.error().starts_with("fuzz:") && result.error().size() > 10));
+  Require(result.ok() || (result.error().starts_with("fuzz:") && result.error().size() > 10));
   return result.ok();
 }
 
@@ -40,11 +35,11 @@ bool Same(const Raster& one, const Raster& other) {
 }
 
 void CheckSound(const Raster& raster) {
-  Check(pheromone::maps::SizeProblem(static_cast<uint64_t>(raster.columns),
-                                     static_cast<uint64_t>(raster.rows))
-            .empty());
-  Check(raster.values.size() ==
-        static_cast<size_t>(raster.columns) * static_cast<size_t>(raster.rows));
+  Require(pheromone::maps::SizeProblem(static_cast<uint64_t>(raster.columns),
+                                       static_cast<uint64_t>(raster.rows))
+              .empty());
+  Require(raster.values.size() ==
+          static_cast<size_t>(raster.columns) * static_cast<size_t>(raster.rows));
 }
 
 void CheckRaster(const Result<Raster>& read) {
@@ -55,8 +50,8 @@ void CheckRaster(const Result<Raster>& read) {
   if (read.value().values.size() > 10'000) {
     return;  // not the same again and again
   }
-  Check(Same(pheromone::maps::ParseNpy(pheromone::maps::EncodeNpy(read.value()), "fuzz").value(),
-             read.value()));
+  Require(Same(pheromone::maps::ParseNpy(pheromone::maps::EncodeNpy(read.value()), "fuzz").value(),
+               read.value()));
 }
 
 void CheckImage(const Result<GrayImage>& read) {
@@ -68,11 +63,11 @@ void CheckImage(const Result<GrayImage>& read) {
     return;
   }
   for (const double level : read.value().raster.values) {
-    Check(level != level || (level >= 0 && level <= read.value().maximum));
+    Require(level != level || (level >= 0 && level <= read.value().maximum));
   }
   const std::string pgm = pheromone::maps::EncodePgm(read.value());
   const Result<GrayImage> back = pheromone::maps::ParsePgm(pgm, "fuzz");
-  Check(back.ok() && pheromone::maps::EncodePgm(back.value()) == pgm);
+  Require(back.ok() && pheromone::maps::EncodePgm(back.value()) == pgm);
   CheckSound(OccupancyOf(pheromone::maps::RosMapInfo(), read.value()));
 }
 
@@ -98,14 +93,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       CheckRaster(grid);
       if (grid.ok()) {
         const std::string csv = EncodeCsvGrid(grid.value());
-        Check(Same(pheromone::maps::ParseCsvGrid(csv, "fuzz").value(), grid.value()));
+        Require(Same(pheromone::maps::ParseCsvGrid(csv, "fuzz").value(), grid.value()));
       }
       break;
     }
     default:
       if (const auto info = pheromone::maps::ParseRosMapInfo(bytes, "fuzz"); Understood(info)) {
-        Check(info.value().resolution_um >= 1 &&
-              info.value().free_thresh < info.value().occupied_thresh);
+        Require(info.value().resolution_um >= 1 &&
+                info.value().free_thresh < info.value().occupied_thresh);
       }
   }
   return 0;

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
+#include "proto_tests/fuzz/require.h"
 #include "protocol/fields.h"
 #include "protocol/net_record.h"
 #include "protocol/testing/listen.h"
@@ -14,13 +14,8 @@
 
 namespace {
 
+using pheromone::fuzz::Require;
 using pheromone::protocol::Message;
-
-void Require(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
 
 struct RoundTrip {
   template <typename Kind>

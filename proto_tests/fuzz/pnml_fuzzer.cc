@@ -3,27 +3,22 @@
 // dialects.
 
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/formats/nets/core_net.h"
 #include "server/formats/nets/pnml.h"
 
 namespace {
 
 using pheromone::Result;
+using pheromone::fuzz::Require;
 using pheromone::nets::ParsePnml;
 using pheromone::nets::PnmlDialect;
 using pheromone::nets::ToPnml;
 using pheromone::nets::WithoutReads;
 using pheromone::petri::Net;
-
-void Check(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
 
 }  // namespace
 
@@ -31,15 +26,15 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const Result<Net> net = ParsePnml("fuzz", text);
   if (!net.ok()) {
-    Check(net.error().starts_with("fuzz:"));
+    Require(net.error().starts_with("fuzz:"));
     return 0;
   }
-  Check(CheckNet(net.value()).ok());
-  Check(ParsePnml("fuzz", ToPnml(net.value())).value() == net.value());
+  Require(CheckNet(net.value()).ok());
+  Require(ParsePnml("fuzz", ToPnml(net.value())).value() == net.value());
   const Net plain = WithoutReads(net.value());
   if (CheckNet(plain).ok()) {  // no weight too large
-    Check(ParsePnml("fuzz", ToPnml(net.value(), PnmlDialect::kTypeAttribute)).value() == plain);
-    Check(ParsePnml("fuzz", ToPnml(net.value(), PnmlDialect::kArcTypeElement)).value() == plain);
+    Require(ParsePnml("fuzz", ToPnml(net.value(), PnmlDialect::kTypeAttribute)).value() == plain);
+    Require(ParsePnml("fuzz", ToPnml(net.value(), PnmlDialect::kArcTypeElement)).value() == plain);
   }
   return 0;
 }

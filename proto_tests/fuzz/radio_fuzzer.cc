@@ -8,27 +8,22 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <cstdlib>
 #include <deque>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <vector>
 
+#include "proto_tests/fuzz/require.h"
 #include "protocol/messages.h"
 #include "server/robots/radio/channel.h"
 
 namespace {
 
+using pheromone::fuzz::Require;
 using namespace std::chrono_literals;
 using namespace pheromone::radio;  // NOLINT(google-build-using-namespace)
 namespace protocol = pheromone::protocol;
-
-void Require(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
 
 class Input {
  public:

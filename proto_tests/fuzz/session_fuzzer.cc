@@ -12,7 +12,6 @@
 #include <csignal>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <exception>
 #include <memory>
 #include <string>
@@ -26,6 +25,7 @@
 #include <boost/asio/strand.hpp>
 #include <boost/beast/http.hpp>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/operators/web/api/api.h"
 #include "server/operators/web/server.h"
 #include "server/operators/web/session.h"
@@ -33,18 +33,13 @@
 
 namespace {
 
+using pheromone::fuzz::Require;
 using namespace pheromone::web;  // NOLINT(google-build-using-namespace)
 namespace asio = boost::asio;
 namespace http = boost::beast::http;
 using Local = asio::local::stream_protocol;
 
 constexpr char kToken[] = "0123456789abcdef";
-
-void Expect(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
 
 // One connection, with both of its ends here.
 class Bench {
@@ -70,13 +65,13 @@ class Bench {
                       .long_answers = std::make_shared<LongAnswers>()},
         [this](Request request, const Respond& respond) {
           ++requests_;
-          Expect(request.client == "192.0.2.7");
+          Require(request.client == "192.0.2.7");
           api_.Handle(std::move(request), respond);
         },
         &upgrades_);
     asio::co_spawn(session_->executor(), session_->Run(),
                    [this](const std::exception_ptr& failure) {
-                     Expect(failure == nullptr);
+                     Require(failure == nullptr);
                      has_ended_ = true;
                    });
     io_.poll();
@@ -123,7 +118,7 @@ class Bench {
     }
     close(std::exchange(client_, -1));
     Turn();
-    Expect(has_ended_);
+    Require(has_ended_);
   }
 
   void Check() const {
@@ -140,15 +135,15 @@ class Bench {
         break;
       }
       const unsigned status = parser.get().result_int();
-      Expect(status == 100 || (status >= 200 && status < 600));
+      Require(status == 100 || (status >= 200 && status < 600));
       answers += status != 100 ? 1 : 0;
       left.remove_prefix(taken);
     }
     // One for each request and handshake, and a last one for what is neither.
-    Expect(answers <= requests_ + handshakes_ + 1);
-    Expect(answers_.empty() || answers_.starts_with("HTTP/1."));
+    Require(answers <= requests_ + handshakes_ + 1);
+    Require(answers_.empty() || answers_.starts_with("HTTP/1."));
     // Answers to HEAD announce a body that does not come, and who does not read loses the rest.
-    Expect(left.empty() || sent_.find("HEAD") != std::string::npos || !reads_ || is_stopped_);
+    Require(left.empty() || sent_.find("HEAD") != std::string::npos || !reads_ || is_stopped_);
   }
 
  private:

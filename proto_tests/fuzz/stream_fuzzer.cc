@@ -4,23 +4,18 @@
 // the server keep is bounded.
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <string>
 #include <string_view>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/operators/web/stream/conversation.h"
 
 namespace {
 
+using pheromone::fuzz::Require;
 using namespace pheromone::web;  // NOLINT(google-build-using-namespace)
 namespace playback = pheromone::playback;
-
-void Expect(bool holds) {
-  if (!holds) {
-    std::abort();
-  }
-}
 
 std::shared_ptr<const Catalogue> MakeCatalogue(bool other, bool replays) {
   auto catalogue = std::make_shared<Catalogue>();
@@ -57,20 +52,20 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       ended += conversation.Change(MakeCatalogue(length % 2 != 0, replays)).unsubscribed.size();
     }
     const Heard heard = conversation.Hear(message, is_binary);
-    Expect(may_change || heard.changes.empty());
-    Expect(heard.changes.size() <= Conversation::kMaxChanges);
-    Expect(heard.complaints == 0 || !heard.answers.empty());
-    Expect(heard.answers.size() <= Conversation::kMaxComplaints + 3);
+    Require(may_change || heard.changes.empty());
+    Require(heard.changes.size() <= Conversation::kMaxChanges);
+    Require(heard.complaints == 0 || !heard.answers.empty());
+    Require(heard.answers.size() <= Conversation::kMaxComplaints + 3);
     if (heard.playback) {
       const playback::Request& request = heard.playback->request;
-      Expect(replays && heard.playback->id.size() <= kMaxPlaybackId);
-      Expect(request.speed >= playback::kMinSpeed && request.speed <= playback::kMaxSpeed);
+      Require(replays && heard.playback->id.size() <= kMaxPlaybackId);
+      Require(request.speed >= playback::kMinSpeed && request.speed <= playback::kMaxSpeed);
     }
     subscriptions += heard.subscribed.size();
     ended += heard.unsubscribed.size();
-    Expect(subscriptions - ended <= 2);  // each of two channels once
+    Require(subscriptions - ended <= 2);  // each of two channels once
     for (const StreamChange& change : heard.changes) {
-      Expect(change.target.starts_with("/api/v1/"));
+      Require(change.target.starts_with("/api/v1/"));
       conversation.Answer(change, {.body = change.body});
       conversation.Answer(change, {.status = 400, .body = change.body});
     }

@@ -182,6 +182,10 @@ void JournalOwner::MakeSnapshots() {
     Result<std::string> made = Error{"the server is stopping"};
     if (!stopping) {
       journal_->SnapshotBegins();
+      {
+        const std::lock_guard lock(mutex_);
+        snapshot_due_ = false;  // told again meanwhile: this one has all that was due
+      }
       made = MakeSnapshot();
       journal_->SnapshotEnds(made.ok());
     }

@@ -107,6 +107,12 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "02000000"
             "02000000"
             "6162");
+  EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Forget{{"ab", 7}}})),
+            "0309"
+            "03"
+            "02000000"
+            "6162"
+            "07");
   EXPECT_EQ(Hex(Encoded(NetsChanged{"ab"})),
             "030a"
             "02000000"

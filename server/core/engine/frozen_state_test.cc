@@ -9,18 +9,14 @@
 #include <string>
 
 #include "server/core/engine/engine.h"
+#include "server/core/engine/testing/bench.h"
 #include "server/core/engine/testing/random_traffic.h"
 
 namespace pheromone::engine {
 namespace {
 
 using testing::RandomTraffic;
-
-std::string Saved(const Engine& engine) {
-  ByteWriter writer;
-  engine.Save(&writer);
-  return writer.Take();
-}
+using testing::Saved;
 
 TEST(FrozenState, IsWhatSaveWouldHaveGivenWhateverHappensMeanwhile) {
   for (uint64_t seed = 0; seed < 12; ++seed) {

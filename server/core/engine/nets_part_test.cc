@@ -8,6 +8,7 @@
 
 #include "server/core/engine/event_codec.h"
 #include "server/core/engine/frozen_state.h"
+#include "server/core/engine/testing/bench.h"
 #include "server/core/engine/testing/live_gate_bench.h"
 
 namespace pheromone::engine {
@@ -19,12 +20,7 @@ using protocol::NetAction;
 using protocol::NetOutcome;
 using protocol::Reason;
 using testing::GateBench;
-
-std::string Saved(const Engine& engine) {
-  ByteWriter writer;
-  engine.Save(&writer);
-  return writer.Take();
-}
+using testing::Saved;
 
 Engine Restored(const std::string& bytes) {
   ByteReader reader(bytes);

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "server/core/engine/testing/bench.h"
 #include "server/core/engine/testing/random_traffic.h"
 
 namespace pheromone::engine {
@@ -11,12 +12,7 @@ namespace {
 
 using testing::RandomTraffic;
 using testing::RichConfig;
-
-std::string Saved(const Engine& engine) {
-  ByteWriter writer;
-  engine.Save(&writer);
-  return writer.Take();
-}
+using testing::Saved;
 
 Result<Engine> Restored(const std::string& bytes) {
   ByteReader reader(bytes);

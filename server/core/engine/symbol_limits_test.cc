@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <map>
 #include <string>
+#include <utility>
 
 #include "server/core/engine/event_codec.h"
 #include "server/core/engine/frozen_state.h"
@@ -17,16 +19,11 @@ using protocol::Message;
 using protocol::Reason;
 using protocol::SymbolKind;
 using testing::MessageOf;
+using testing::Saved;
 
 constexpr uint8_t kAttacker = 66;
 constexpr uint8_t kOther = 15;
 constexpr int kAttempts = 65'536;
-
-std::string StateOf(const Engine& engine) {
-  ByteWriter writer;
-  engine.Save(&writer);
-  return writer.Take();
-}
 
 class SymbolLimitsTest : public ::testing::Test {
  protected:
@@ -81,8 +78,8 @@ class SymbolLimitsTest : public ::testing::Test {
       again.Apply(++sequence, {now_ms, 0}, read, &out);
     }
     EXPECT_EQ(again.StateHash(), bench_.engine.StateHash());
-    EXPECT_TRUE(StateOf(again) == StateOf(bench_.engine));
-    const std::string saved = StateOf(bench_.engine);
+    EXPECT_TRUE(Saved(again) == Saved(bench_.engine));
+    const std::string saved = Saved(bench_.engine);
     ByteReader reader(saved);
     const auto restored = Engine::Restore(&reader);
     ASSERT_TRUE(restored.ok()) << restored.error();
@@ -128,7 +125,7 @@ TEST_F(SymbolLimitsTest, AFrozenStateHasTheDefinitionsThatAreForgottenMeanwhile)
   for (int i = 0; i < 600; ++i) {
     ASSERT_EQ(Symbol(kAttacker, SymbolKind::kRobot, 0, std::to_string(i)), Reason::kNone);
   }
-  const std::string expected = StateOf(bench_.engine);
+  const std::string expected = Saved(bench_.engine);
   const auto frozen = bench_.engine.Freeze(FrozenState::kMaxKeptBytes);
   ASSERT_NE(frozen, nullptr);
   std::string copied;

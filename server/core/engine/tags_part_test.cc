@@ -16,6 +16,7 @@ using protocol::Message;
 using protocol::Reason;
 using testing::MessageOf;
 using testing::ReasonOf;
+using testing::Saved;
 
 // Tag 1 at (1 m, 1 m) with a range of 0.5 m, tag 2 beside it, tag 3 far away.
 tags::Settings ThreeTags() {
@@ -29,12 +30,6 @@ EngineConfig ConfigWith(const tags::Settings& settings) {
   EngineConfig config = testing::SmallConfig();
   config.tags = settings;
   return config;
-}
-
-std::string Saved(const Engine& engine) {
-  ByteWriter writer;
-  engine.Save(&writer);
-  return writer.Take();
 }
 
 class TagsPartTest : public ::testing::Test {

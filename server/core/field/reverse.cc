@@ -40,28 +40,25 @@ void Field::BeginReverse(uint64_t id, bool redo, uint64_t now_ms) {
 }
 
 // Calls `visit_row(leaf, row)` for rows of tiles from number `*position` on, as far as what is left
-// of the portion goes: it returns how many nodes it visited. True if there are no more.
+// of the portion goes: `visit_row` returns how many nodes it visited. True if there are no more.
 template <typename HasTiles, typename VisitRow>
 bool Field::VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles,
                       VisitRow&& visit_row) {
   constexpr int kRow = kWorkOfNode / 4;
   const uint64_t end = RowsOfTiles();
-  while (*position < end) {
-    if (*left <= 0) {
-      return false;
-    }
+  const int64_t before = *left;
+  while (*position<end&& * left> 0) {
     const auto leaf = static_cast<int32_t>(*position / kLeafSide);
     if (!has_tiles(leaf)) {
       *position = (*position / kLeafSide + 1) * kLeafSide;
       *left -= 1;
       continue;
     }
-    const int nodes = visit_row(leaf, static_cast<int32_t>(*position % kLeafSide));
-    *left -= kRow + kWorkOfNode * nodes;
-    cost_ += 1 + static_cast<uint64_t>(nodes);
+    *left -= kRow + kWorkOfNode * visit_row(leaf, static_cast<int32_t>(*position % kLeafSide));
     ++*position;
   }
-  return true;
+  cost_ += static_cast<uint64_t>(before - *left) / kWorkOfNode;
+  return *position >= end;
 }
 
 // Calls `visit(sheet, law, leaf, node, other)` for one portion of an edit's nodes: from row of

@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "protocol/frame.h"
 #include "protocol/messages.h"
+#include "server/base/bytes.h"
 #include "server/core/engine/engine.h"
 
 namespace pheromone::engine::testing {
@@ -34,6 +36,13 @@ inline EngineConfig SmallConfig() {
   config.field.memory_bytes = 16 << 20;
   config.links = {{"radio-a", 3, 40}, {"radio-b", 4, 50}};
   return config;
+}
+
+/// Its state, as a snapshot has it.
+inline std::string Saved(const Engine& engine) {
+  ByteWriter writer;
+  engine.Save(&writer);
+  return writer.Take();
 }
 
 template <typename T>
