@@ -24,7 +24,8 @@
 // counts as idle. If none is idle, the new one is answered with 503 and closed, unless its request
 // is urgent. A long answer is sent in portions, with other requests in between; beyond what
 // `long_answers` permits it is 503. A client that violates a limit gets 400, 413, 431 or 503 if
-// possible, and is disconnected.
+// possible, and is disconnected. When the server stops, what was handed over is answered; sending
+// that may take 2 s.
 //
 // If the socket's file is removed or replaced, or the port fails, both listen again, at the same
 // place; that is told once, and when it has succeeded. Attempts are `listen_again` apart.

@@ -253,6 +253,33 @@ TEST_F(ServerTest, ALongAnswerToWhatWasHandedOverIsSentWhenTheServerStops) {
   EXPECT_TRUE(client.ReadAll().ends_with(std::string(300'000, 'a') + '.'));
 }
 
+// More than the system's buffers hold.
+constexpr size_t kVeryLong = 32 << 20;
+
+TEST_F(ServerTest, ALongAnswerThatIsBeingSentIsSentWhenTheServerStops) {
+  Make([](const Request& /*request*/, const Respond& respond) {
+    respond(Response{.body = std::string(kVeryLong, 'a')});
+  });
+  Listen(3);
+  const RawClient client(server_->port());
+  client.Send(kGetA);
+  client.ReadUntil("\r\n\r\naaaa");
+  server_->Stop();
+  EXPECT_EQ(client.ReadAll().size() + 4, kVeryLong);
+}
+
+TEST_F(ServerTest, AClientThatDoesNotReadDoesNotHoldUpTheEnd) {
+  options_.patience = std::chrono::minutes(10);
+  Make([](const Request& /*request*/, const Respond& respond) {
+    respond(Response{.body = std::string(kVeryLong, 'a')});
+  });
+  Listen(3);
+  const RawClient client(server_->port());
+  client.Send(kGetA);
+  client.ReadUntil("\r\n\r\naaaa");
+  Stop();  // returns when no session is left
+}
+
 TEST_F(ServerTest, TheConnectionThatWasIdleForLongestGivesWayToANewOne) {
   options_.max_connections = 2;
   // Of two threads one may be late to note that its connection waits, although its client has the

@@ -119,6 +119,7 @@ asio::awaitable<void> Session::Run() {
   while (!closing_ && co_await ServeOne()) {
     EndRequest();
   }
+  end_timer_.cancel();
   if (place_ == nullptr) {
     co_await HangUp();
   }
@@ -187,9 +188,13 @@ asio::awaitable<bool> Session::ServeOne() {
     std::function<void(Respond)> ask = [this, &request](Respond respond) {
       handle_(std::move(request), std::move(respond));
     };
+    is_answering_ = true;
     is_asking_ = true;
     response = co_await Ask(std::move(ask));
     is_asking_ = false;
+    if (closing_) {
+      BeginEnd();
+    }
   }
   ShareLongBody(&response);
   std::shared_ptr<void> permit;
@@ -209,6 +214,7 @@ asio::awaitable<bool> Session::ServeOne() {
   if (written && content != nullptr && !is_head) {
     written = co_await WriteContent(content, offset, bytes);
   }
+  is_answering_ = false;
   co_return written&& keep_alive && !closing_;
 }
 
@@ -279,16 +285,13 @@ asio::awaitable<bool> Session::WriteContent(std::shared_ptr<Content> content, ui
       content->Read(offset, std::min(kPortionBytes, end - offset), std::move(respond));
     };
     const Response portion = co_await Ask(std::move(ask));
-    // What the handler made is still sent when the server stops, in the time that one portion has;
-    // a file may be of any length.
+    // What the handler made is still sent when the server stops; a file may be of any length.
     const bool ends = closing_ && content->bytes_in_memory() == 0;
     if (portion.status != 200 || portion.body.empty() || ends) {
       co_return false;
     }
     boost::beast::error_code error;
-    if (!closing_) {
-      connection_.SetPatience(traits_.patience);
-    }
+    connection_.SetPatience(traits_.patience);
     co_await asio::async_write(connection_, asio::buffer(portion.body), Into(&error));
     if (error) {
       co_return false;
@@ -296,6 +299,16 @@ asio::awaitable<bool> Session::WriteContent(std::shared_ptr<Content> content, ui
     offset += portion.body.size();
   }
   co_return true;
+}
+
+// The server stops while an answer is sent: its client has a short while to take it.
+void Session::BeginEnd() {
+  end_timer_.expires_after(std::min<std::chrono::milliseconds>(traits_.patience, kLinger));
+  end_timer_.async_wait([self = shared_from_this()](const boost::beast::error_code& stopped) {
+    if (!stopped) {
+      self->connection_.Cancel();
+    }
+  });
 }
 
 // What the client still sends is read for a while, unless the place is needed.

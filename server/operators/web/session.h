@@ -69,7 +69,8 @@ class SessionBase {
   SessionBase& operator=(const SessionBase&) = delete;
   virtual ~SessionBase() = default;
 
-  /// Ends the session, after answering a request that was passed to the handler.
+  /// Ends the session, after answering a request that was passed to the handler; a client that
+  /// does not read the answer has a short while.
   virtual void Close() = 0;
 
   /// A number that increases with the time since which the session is idle; empty while a request
@@ -119,6 +120,7 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
           const Upgrades* upgrades)
       : connection_(std::move(connection)),
         answer_timer_(connection_.get_executor()),
+        end_timer_(connection_.get_executor()),
         traits_(std::move(traits)),
         handle_(std::move(handle)),
         upgrades_(upgrades) {}
@@ -132,8 +134,10 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
       self->closing_ = true;
       if (self->place_ != nullptr) {
         self->place_->Stop();
-      } else if (!self->is_asking_) {
+      } else if (!self->is_answering_) {
         self->connection_.Cancel();
+      } else if (!self->is_asking_) {
+        self->BeginEnd();
       }
     });
   }
@@ -151,15 +155,18 @@ class Session final : public SessionBase, public std::enable_shared_from_this<Se
   boost::asio::awaitable<bool> WriteContent(std::shared_ptr<Content> content, uint64_t offset,
                                             uint64_t bytes);
   boost::asio::awaitable<void> HangUp();
+  void BeginEnd();
 
   Connection connection_;
   boost::asio::steady_timer answer_timer_;
+  boost::asio::steady_timer end_timer_;
   const SessionTraits traits_;
   const Server::Handle handle_;
   const Upgrades* const upgrades_;
   boost::beast::flat_buffer buffer_{kMaxHeaderBytes + kMaxBodyBytes};
   bool closing_ = false;
-  bool is_asking_ = false;  // a request was passed to the handler: its answer is still written
+  bool is_answering_ = false;          // a request was passed to the handler
+  bool is_asking_ = false;             // and its answer is not there yet
   std::shared_ptr<PlaceState> place_;  // the connection belongs to another owner
 };
 
