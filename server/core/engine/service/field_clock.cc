@@ -18,7 +18,13 @@ Stamp FieldClock::Read(const ClockReading& reading) {
   }
   last_boottime_ms_ = reading.boottime_ms;
   now_ms_ = std::min(now_ms_, kMaxFieldTimeMs);
-  return {now_ms_, reading.utc_ms};
+  read_ms_ = std::max(read_ms_, now_ms_);
+  return {read_ms_, reading.utc_ms};
+}
+
+void FieldClock::Follow(const Stamp& stamp, const ClockReading& reading) {
+  (void)Read(reading);
+  now_ms_ = std::min(stamp.field_time_ms, kMaxFieldTimeMs);
 }
 
 }  // namespace pheromone::engine

@@ -29,8 +29,13 @@ class FieldClock {
   /// The stamp of a batch. If the boot-time reading decreases, no time passes.
   Stamp Read(const ClockReading& reading);
 
+  /// Goes on from the stamp of another server's clock, which has just come in; what was read
+  /// before remains the least that is read.
+  void Follow(const Stamp& stamp, const ClockReading& reading);
+
  private:
   uint64_t now_ms_;
+  uint64_t read_ms_ = 0;  // the last
   std::optional<uint64_t> last_boottime_ms_;
 };
 

@@ -43,6 +43,23 @@ TEST(FieldClock, TimeEndsWhereTheFieldCannotCountFurther) {
   EXPECT_EQ(clock.Read({5'000, 0}).field_time_ms, end);
 }
 
+TEST(FieldClock, FollowsAnotherServersStampsAndGoesOnByItself) {
+  FieldClock clock(500);
+  EXPECT_EQ(clock.Read({10'000, 0}).field_time_ms, 500u);
+  clock.Follow({60'000, 0}, {10'100, 0});
+  EXPECT_EQ(clock.Read({10'100, 0}).field_time_ms, 60'000u);
+  EXPECT_EQ(clock.Read({10'350, 0}).field_time_ms, 60'250u);
+}
+
+TEST(FieldClock, WaitsForAServerWhoseClockIsBehind) {
+  FieldClock clock(10'000);
+  clock.Read({0, 0});
+  EXPECT_EQ(clock.Read({100, 0}).field_time_ms, 10'100u);
+  clock.Follow({10'040, 0}, {100, 0});
+  EXPECT_EQ(clock.Read({130, 0}).field_time_ms, 10'100u);
+  EXPECT_EQ(clock.Read({190, 0}).field_time_ms, 10'130u);
+}
+
 // A trail, then a reading of the clocks as described, then the trail again: it must not have
 // changed.
 int16_t LeftAfter(const ClockReading& before, const ClockReading& after) {

@@ -137,19 +137,27 @@ void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vec
   const Stamp stamp = StampNow();
   const size_t before = out->size();
   std::vector<Observer::Outcome> outcomes;
+  std::vector<Message> kept;  // if some were forwarded: observers see those when they are followed
+  const Asker nobody{};
   for (size_t i = 0; i < messages.size(); ++i) {
     const size_t first = out->size();
-    const Observer::Outcome outcome = HandleOne(stamp, link, messages[i], out);
-    for (size_t answer = first; answer < out->size() && !askers.empty(); ++answer) {
-      (*out)[answer].asker = askers[askers.size() == 1 ? 0 : i];
+    const Asker& asker = askers.empty() ? nobody : askers[askers.size() == 1 ? 0 : i];
+    const std::optional<Observer::Outcome> outcome =
+        HandleOne(stamp, link, messages[i], asker, out);
+    for (size_t answer = first; answer < out->size(); ++answer) {
+      (*out)[answer].asker = asker;
     }
-    if (!observers_.empty()) {
-      outcomes.push_back(outcome);
+    if (forward_ && outcome) {
+      kept.push_back(messages[i]);
+    }
+    if (!observers_.empty() && outcome) {
+      outcomes.push_back(*outcome);
     }
   }
-  if (!observers_.empty()) {
+  if (!outcomes.empty()) {
+    const std::span<const Message> seen = forward_ ? kept : messages;
     TellObservers([&](Observer* observer) {
-      observer->OnBatch(stamp, link, messages, outcomes, std::span(*out).subspan(before));
+      observer->OnBatch(stamp, link, seen, outcomes, std::span(*out).subspan(before));
     });
   }
   NoticeArrivals(stamp, link, messages, out);
@@ -162,17 +170,16 @@ void Service::NoticeArrivals(const Stamp& stamp, LinkIndex link, std::span<const
                              std::vector<Outgoing>* out) {
   for (const Message& message : messages) {
     const std::optional<GoalEnded> arrival = engine_.Arrival(stamp, link, message);
-    if (arrival && Change(stamp, *arrival, out) == Reason::kNone) {
-      traffic_.NoteArrival(link, message.id, stamp.field_time_ms);
-      if (arrived_) {
-        arrived_(*arrival);
-      }
+    if (arrival && !(forward_ && forward_(*arrival))) {
+      (void)Change(stamp, *arrival, out);
     }
   }
 }
 
-Observer::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const Message& message,
-                                     std::vector<Outgoing>* out) {
+// Nothing: the message was forwarded.
+std::optional<Observer::Outcome> Service::HandleOne(const Stamp& stamp, LinkIndex link,
+                                                    const Message& message, const Asker& asker,
+                                                    std::vector<Outgoing>* out) {
   ++counters_.requests;
   Observer::Outcome outcome;
   const size_t before = out->size();
@@ -197,7 +204,12 @@ Observer::Outcome Service::HandleOne(const Stamp& stamp, LinkIndex link, const M
       }
       break;
     case Handling::kChange: {
-      outcome.refused = Change(stamp, RequestReceived{link, message}, out);
+      const RequestReceived received{link, message};
+      if (IsForwarded(received, asker)) {
+        traffic_.Count(link, message, stamp.field_time_ms, Traffic::Fate::kAnswered);
+        return std::nullopt;
+      }
+      outcome.refused = Change(stamp, received, out);
       if (outcome.refused != Reason::kNone) {
         out->push_back({link, 0, ErrorMessage(message, outcome.refused)});
       } else {
@@ -232,26 +244,104 @@ Reason Service::RefusalOfRepeat(const Outgoing& answer) {
 Reason Service::Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out) {
   const Reason refused = log_->Admit();
   if (refused == Reason::kNone) {
-    ++counters_.changes;
-    if (log_->IsRotationDue() && engine_.configured()) {
-      log_->Rotate(engine_.StateHash());
-    }
-    const size_t before = out->size();
-    const uint64_t sequence = AppendAndApply(stamp, event, out);
-    for (const field::FinishedWork& it : engine_.finished()) {
-      if (const auto awaited = awaited_works_.find(it.id); awaited != awaited_works_.end()) {
-        awaited->second = it;
-      }
-    }
-    if (!observers_.empty() && !std::holds_alternative<RequestReceived>(event)) {
-      TellObservers([&](Observer* observer) {
-        observer->OnEvent(sequence, stamp, event, std::span(*out).subspan(before));
-      });
-    }
+    (void)Order(stamp, event, out);
     put_off_ms_ = 0;
     WakeIfEarlier();
   }
   return refused;
+}
+
+// Appends and applies it; returns its sequence number.
+uint64_t Service::Order(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out) {
+  ++counters_.changes;
+  if (log_->IsRotationDue() && engine_.configured()) {
+    log_->Rotate(engine_.StateHash());
+  }
+  const size_t before = out->size();
+  const uint64_t sequence = AppendAndApply(stamp, event, out);
+  for (const field::FinishedWork& it : engine_.finished()) {
+    if (const auto awaited = awaited_works_.find(it.id); awaited != awaited_works_.end()) {
+      awaited->second = it;
+    }
+  }
+  if (!observers_.empty() && !std::holds_alternative<RequestReceived>(event)) {
+    TellObservers([&](Observer* observer) {
+      observer->OnEvent(sequence, stamp, event, std::span(*out).subspan(before));
+    });
+  }
+  if (const auto* ended = std::get_if<GoalEnded>(&event); ended != nullptr && ended->reached) {
+    traffic_.NoteArrival(ended->link, ended->id, stamp.field_time_ms);
+    if (arrived_) {
+      arrived_(*ended);
+    }
+  }
+  return sequence;
+}
+
+bool Service::IsForwarded(const Event& event, const Asker& asker) {
+  if (!forward_ || asker.via != 0 || !forward_(event)) {
+    return false;
+  }
+  const auto& received = std::get<RequestReceived>(event);
+  forwarded_[{received.link, received.message.id}] = asker;
+  ++counters_.forwarded;
+  return true;
+}
+
+void Service::Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* out) {
+  const bool is_edit = std::holds_alternative<FieldEdited>(event);
+  if (is_edit || std::holds_alternative<ConfigChanged>(event)) {
+    std::optional<SharedConfig> present;
+    tags::Survey survey;
+    {
+      const std::lock_guard lock(mutex_);
+      if (engine_.configured()) {
+        present = engine_.shared_config();
+        survey = engine_.Look();
+      }
+    }
+    // A failure is the same in each engine that applies it.
+    (void)(!present  ? Ok()
+           : is_edit ? Engine::Prepare(*present, &event)
+                     : Engine::Prepare(*present, survey, &event));
+  }
+  std::vector<Outgoing> made;
+  const std::lock_guard lock(mutex_);
+  clock_.Follow(stamp, read_clock_());
+  const uint64_t sequence = Order(stamp, event, &made);
+  awaited_works_.erase(sequence);
+  const auto* received = std::get_if<RequestReceived>(&event);
+  if (received != nullptr) {
+    TellObservers([&](Observer* observer) {
+      const Observer::Outcome outcome{sequence, Reason::kNone};
+      observer->OnBatch(stamp, received->link, {&received->message, 1}, {&outcome, 1}, made);
+    });
+  }
+  const size_t before = out->size();
+  for (const Outgoing& it : made) {
+    if (it.message.opcode == protocol::kCommand) {
+      if (it.message.id == protocol::kBroadcastId ||
+          traffic_.Find(it.link, it.message.id) != nullptr) {
+        out->push_back(it);
+      }
+    } else {
+      AppendForwarded(it, out);
+    }
+  }
+  HoldBack(out, before);
+}
+
+void Service::AppendForwarded(Outgoing answer, std::vector<Outgoing>* out) {
+  const auto waits = forwarded_.extract({answer.link, answer.message.id});
+  if (!waits.empty()) {
+    answer.asker = waits.mapped();
+    out->push_back(std::move(answer));
+  }
+}
+
+void Service::AnswerForwarded(LinkIndex link, const Message& message, std::vector<Outgoing>* out) {
+  const std::lock_guard lock(mutex_);
+  AppendForwarded({link, 0, message, {}}, out);
 }
 
 // An operator's change: its sequence number in the log.
@@ -448,7 +538,9 @@ size_t Service::Observe(std::span<const PoseObserved> observations) {
   size_t taken = 0;
   for (const PoseObserved& it : observations) {
     const bool known = engine_.SaidHello(it.link, it.id);
-    taken += known && Change(stamp, it, &none) == Reason::kNone ? 1u : 0u;
+    const bool is_taken =
+        known && ((forward_ && forward_(it)) || Change(stamp, it, &none) == Reason::kNone);
+    taken += is_taken ? 1u : 0u;
   }
   counters_.observations += taken;
   counters_.observations_refused += observations.size() - taken;

@@ -43,6 +43,7 @@ struct ServiceCounters {
   uint64_t answers = 0;                     ///< other than errors
   uint64_t repeats = 0;                     ///< of the answers: to repeated requests
   uint64_t changes = 0;                     ///< events that went through the log
+  uint64_t forwarded = 0;                   ///< changes passed on to the server that orders them
   uint64_t observations = 0;                ///< accepted poses from trackers
   uint64_t observations_refused = 0;        ///< the robot is unknown, or the log refused changes
   std::array<uint64_t, kReasons> errors{};  ///< ERROR answers by reason
@@ -80,6 +81,30 @@ class Service {
     bool all_laid = true;
   };
   Result<Configured> Configure(SharedConfig config, uint16_t new_epoch, bool state_lost = false);
+
+  /// Where several servers share one log (server/cluster), another one may order the changes. Then
+  /// `forward` passes on a robot's change, or an arrival, and returns true: here nothing changes
+  /// and nothing is answered yet. Under the lock, from any thread: post, and do not call back. To
+  /// be set before anything else is called.
+  using Forward = std::function<bool(const Event&)>;
+  void OnChange(Forward forward) { forward_ = std::move(forward); }
+
+  /// Applies the next event of the shared log, as another server has ordered it. The answer to a
+  /// request is sent from here if it was forwarded from here; commands if their robot was heard
+  /// here.
+  void Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* out);
+
+  /// Appends the answer that was given elsewhere to a forwarded request, a refusal for instance, if
+  /// the robot still waits for it here.
+  void AnswerForwarded(LinkIndex link, const protocol::Message& message,
+                       std::vector<Outgoing>* out);
+
+  /// Field time goes on from here at the earliest: after all servers were down.
+  void ResumeAt(uint64_t field_time_ms) {
+    const std::lock_guard lock(mutex_);
+    clock_.Follow({std::max(field_time_ms, clock_.Read(read_clock_()).field_time_ms), 0},
+                  read_clock_());
+  }
 
   /// Called when a robot was seen at its goal. Under the lock, from any thread: post, and do not
   /// call back. To be set before anything else is called.
@@ -220,9 +245,13 @@ class Service {
   }
 
  private:
-  Observer::Outcome HandleOne(const Stamp& stamp, LinkIndex link, const protocol::Message& message,
-                              std::vector<Outgoing>* out);
+  std::optional<Observer::Outcome> HandleOne(const Stamp& stamp, LinkIndex link,
+                                             const protocol::Message& message, const Asker& asker,
+                                             std::vector<Outgoing>* out);
   protocol::Reason Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
+  uint64_t Order(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
+  bool IsForwarded(const Event& event, const Asker& asker);
+  void AppendForwarded(Outgoing answer, std::vector<Outgoing>* out);
   Result<uint64_t> ChangeNow(const Event& event, std::vector<Outgoing>* out);
   Result<uint64_t> CheckAndChange(const Event& event, std::vector<Outgoing>* out);
   static Status Prepare(const SharedConfig& present, const EngineConfig& next,
@@ -253,6 +282,8 @@ class Service {
   std::function<void()> wake_;
   BetweenPortions between_portions_;
   Arrived arrived_;
+  Forward forward_;
+  std::map<std::pair<LinkIndex, uint8_t>, Asker> forwarded_;  // of the robots' pending changes
   std::map<uint64_t, std::optional<field::FinishedWork>> awaited_works_;  // by their sequence
   std::vector<Observer*> observers_;  // few: in the order of attachment
   uint64_t awaited_ms_ = UINT64_MAX;  // the last reported deadline, in field time
