@@ -42,11 +42,16 @@ struct Group {
   bool operator==(const Group&) const = default;
 };
 
-/// News of the log.
+/// News of the log: what it is at one moment. The moments of one Follow never go back, and the
+/// first is not before its call. Up to each page, Follow has told all that was in the log at its
+/// moment, from `from` on, each group once. So with a page whose leader has term T every group of
+/// the terms before is known: when T began, the last of them was there already. An engine that
+/// reads in portions names that leader with the last portion, and before it none (term 0) or the
+/// one before.
 struct Page {
   std::string id;             ///< of the cluster; made with the first leader
-  Leader leader;              ///< at the time of this page
-  Sequence floor = 1;         ///< what is before was trimmed
+  Leader leader;              ///< at the moment of this page
+  Sequence floor = 1;         ///< what is before was trimmed, and is not told
   std::vector<Group> groups;  ///< in order, without a gap; may be empty
 };
 

@@ -1,0 +1,360 @@
+#include "server/cluster/cluster.h"
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "server/base/bytes.h"
+#include "server/core/engine/event_codec.h"
+#include "server/store/journal/format.h"
+
+namespace pheromone::cluster {
+namespace {
+
+using engine::Event;
+using engine::Outgoing;
+
+constexpr uint64_t kLocalLogPauseMs = 10;  // while the local log admits nothing
+constexpr char kNobodyLeads[] = "no server of the cluster leads at present";
+
+}  // namespace
+
+Cluster::Cluster(ReplicaSettings settings, Sequence next, ReplicatedLog* log, Parts parts)
+    : settings_(settings),
+      log_(log),
+      parts_(std::move(parts)),
+      replica_(std::move(settings), next, parts_.now_ms()) {}
+
+void Cluster::Start() {
+  parts_.log->SetTrouble(kNobodyLeads);
+  news_ms_ = parts_.now_ms();
+  log_->Follow(replica_.follow_from(), [this](const Result<Page>& page) {
+    if (is_stopped_) {
+      return;
+    }
+    if (page.ok()) {
+      news_ms_ = parts_.now_ms();
+      replica_.OnPage(page.value(), news_ms_);
+    }
+    {
+      const std::lock_guard lock(mutex_);
+      view_.trouble = page.ok() ? "" : page.error();
+      view_.id = page.ok() ? page.value().id : view_.id;
+    }
+    Continue();
+  });
+  Continue();
+}
+
+void Cluster::Continue() {
+  if (is_stopped_) {
+    return;
+  }
+  const uint64_t now_ms = parts_.now_ms();
+  replica_.SetHealthy(parts_.local->Trouble().empty());
+  for (ClusterLog::Submitted& it : parts_.log->CollectSubmitted()) {
+    replica_.Submit(it.sequence, std::move(it.record));
+  }
+  Replica::Actions actions = replica_.Next(now_ms);
+  for (size_t i = 0; i < actions.committed.size(); ++i) {
+    Group& group = actions.committed[i];
+    if (i < actions.own) {
+      parts_.log->Commit(group.first + group.count - 1);
+    } else {
+      to_apply_.push_back(std::move(group));
+    }
+  }
+  if (actions.is_deposed) {
+    parts_.restart("another server of the cluster leads, and changes made here are not in its log");
+    Stop();
+    return;
+  }
+  if (!ApplySome()) {
+    return;
+  }
+  if (actions.take_lead) {
+    log_->TakeLead(*actions.take_lead, settings_.node, [this](const Result<Leader>& leader) {
+      if (!is_stopped_) {
+        replica_.OnLead(leader, parts_.now_ms());
+        Continue();
+      }
+    });
+  }
+  if (actions.append) {
+    log_->Append(*actions.append, [this](Appended outcome) {
+      if (!is_stopped_) {
+        if (outcome == Appended::kFenced) {
+          const std::lock_guard lock(mutex_);
+          ++view_.fenced;
+        }
+        replica_.OnAppended(outcome, parts_.now_ms());
+        Continue();
+      }
+    });
+  }
+  if (actions.heartbeat) {
+    const Heartbeat& it = *actions.heartbeat;
+    parts_.send_all(Beat{.term = it.term,
+                         .leads = it.leads,
+                         .is_healthy = it.is_healthy,
+                         .next = it.next,
+                         .successor = it.successor,
+                         .role = static_cast<uint8_t>(replica_.role())});
+  }
+  TakeRole();
+  TellView();
+  const uint64_t deadline = replica_.Deadline();
+  parts_.wake_at(to_apply_.empty() ? deadline : std::min(deadline, now_ms + kLocalLogPauseMs));
+}
+
+// False: this process ends.
+bool Cluster::ApplySome() {
+  while (!to_apply_.empty() && parts_.local->Admit() == protocol::Reason::kNone) {
+    const Status applied = Apply(to_apply_.front());
+    if (!applied.ok()) {
+      parts_.restart(applied.error());
+      Stop();
+      return false;
+    }
+    to_apply_.pop_front();
+  }
+  return true;
+}
+
+Status Cluster::Apply(const Group& group) {
+  const auto fail = [&group](const std::string& why) {
+    return Error{"the group at " + std::to_string(group.first) + " in the cluster's log: " + why};
+  };
+  std::vector<Outgoing> out;
+  journal::RecordReader reader(group.records, 0);
+  journal::Record record;
+  auto found = reader.Next(&record);
+  for (; found == journal::RecordReader::Found::kRecord; found = reader.Next(&record)) {
+    if (record.kind != journal::RecordKind::kEvent) {
+      return fail("found another record than an event");
+    }
+    const uint64_t next = parts_.log->appended() + 1;
+    if (record.sequence < next) {
+      continue;  // the first group may begin before what is needed
+    }
+    if (record.sequence != next) {
+      return fail("found event " + std::to_string(record.sequence) + ", expected event " +
+                  std::to_string(next));
+    }
+    ByteReader bytes(record.event);
+    Event event = engine::DecodeEvent(&bytes);
+    bytes.ExpectEnd();
+    if (!bytes.ok()) {
+      return fail(bytes.error());
+    }
+    const Status followed = parts_.service->Follow(record.stamp, std::move(event), &out);
+    if (!followed.ok()) {
+      return fail("event " + std::to_string(record.sequence) +
+                  " is not possible here: " + followed.error());
+    }
+  }
+  if (found == journal::RecordReader::Found::kBad) {
+    return fail(reader.why());
+  }
+  parts_.deliver(out);
+  return Ok();
+}
+
+void Cluster::TakeRole() {
+  const bool leads = replica_.admits() && to_apply_.empty();
+  if (leads != parts_.log->leads()) {
+    parts_.service->Inspect([this, leads](const engine::Engine& /*engine*/) {
+      leads ? parts_.log->Lead() : parts_.log->EndLead();
+    });
+    parts_.on_lead(leads);
+  }
+}
+
+void Cluster::TellView() {
+  const Leader& leader = replica_.leader();
+  const bool leads = parts_.log->leads();
+  const bool reaches = !leads && up_.contains(leader.node);
+  uint64_t known = replica_.committed();
+  for (const auto& [node, next] : known_) {
+    known = std::max(known, next - 1);
+  }
+  const uint64_t applied = leads ? replica_.committed() : parts_.log->appended();
+  const std::lock_guard lock(mutex_);
+  if (leader.term != view_.leader.term && view_.leader.term != 0) {
+    ++view_.elections;
+  }
+  leader_up_ = reaches ? leader.node : "";
+  view_.role = replica_.role();
+  view_.leader = leader;
+  view_.gap = replica_.gap();
+  view_.committed = applied;
+  view_.behind = known - std::min(known, applied);
+  view_.news_ms = news_ms_;
+  parts_.log->SetTrouble(leads     ? ""
+                         : reaches ? "changes are ordered by " + leader.node
+                                   : kNobodyLeads);
+}
+
+void Cluster::OnUp(const std::string& node) {
+  up_.insert(node);
+  Continue();
+}
+
+void Cluster::OnDown(const std::string& node) {
+  up_.erase(node);
+  known_.erase(node);
+  std::map<uint64_t, Awaited> lost;
+  {
+    const std::lock_guard lock(mutex_);
+    for (auto it = awaited_.begin(); it != awaited_.end();) {
+      auto next = std::next(it);
+      if (it->second.by == node) {
+        lost.insert(awaited_.extract(it));
+      }
+      it = next;
+    }
+  }
+  for (const auto& [number, it] : lost) {
+    OperatorResult result;
+    result.text = "the connection to " + node +
+                  ", which leads, was lost; the change may still take effect: check in a moment";
+    it.done(result);
+  }
+  Continue();
+}
+
+void Cluster::StepDown(const std::string& successor) {
+  replica_.StepDown(successor);
+  Continue();
+}
+
+void Cluster::Stop() {
+  is_stopped_ = true;
+  log_->Stop();
+  const std::lock_guard lock(mutex_);
+  leader_up_.clear();
+}
+
+void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
+  if (is_stopped_) {
+    return;
+  }
+  std::visit(
+      [&](const auto& it) {
+        using Message = std::decay_t<decltype(it)>;
+        if constexpr (std::is_same_v<Message, Beat>) {
+          known_[from] = it.next;
+          replica_.OnHeartbeat(from,
+                               {.term = it.term,
+                                .leads = it.leads,
+                                .is_healthy = it.is_healthy,
+                                .next = it.next,
+                                .successor = it.successor},
+                               parts_.now_ms());
+          Continue();
+        } else if constexpr (std::is_same_v<Message, ForwardedRequest>) {
+          Accept(from, it);
+        } else if constexpr (std::is_same_v<Message, DirectAnswer>) {
+          std::vector<Outgoing> out;
+          parts_.service->AnswerForwarded(it.link, it.message, &out);
+          parts_.deliver(out);
+        } else if constexpr (std::is_same_v<Message, ForwardedEvent>) {
+          Accept(it);
+        } else if constexpr (std::is_same_v<Message, OperatorChange>) {
+          parts_.change(it, [this, from](const OperatorResult& result) {
+            parts_.send(from, result);
+          });
+        } else if constexpr (std::is_same_v<Message, OperatorResult>) {
+          Finish(it);
+        } else if constexpr (std::is_same_v<Message, HaltAll>) {
+          parts_.send(from, parts_.halt(it));
+        }
+      },
+      message);
+}
+
+void Cluster::Accept(const std::string& from, const ForwardedRequest& request) {
+  engine::Asker asker;
+  asker.is_forwarded = true;
+  std::vector<Outgoing> out;
+  parts_.service->Handle(request.link, {&request.message, 1}, &out, {&asker, 1});
+  for (const Outgoing& it : out) {
+    if (it.asker.is_forwarded && it.message.opcode != protocol::kCommand) {
+      parts_.send(from, DirectAnswer{it.link, it.message, request.asker});
+    }
+  }
+  parts_.deliver(out);
+}
+
+void Cluster::Accept(const ForwardedEvent& forwarded) {
+  std::vector<Outgoing> out;
+  if (const auto* pose = std::get_if<engine::PoseObserved>(&forwarded.event)) {
+    (void)parts_.service->Observe({pose, 1});
+  } else {
+    // A second one for the same arrival is refused.
+    (void)parts_.service->Submit(std::get<engine::GoalEnded>(forwarded.event), &out);
+  }
+  parts_.deliver(out);
+}
+
+void Cluster::Finish(const OperatorResult& result) {
+  std::function<void(OperatorResult)> done;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = awaited_.find(result.number);
+    if (found == awaited_.end()) {
+      return;
+    }
+    done = std::move(found->second.done);
+    awaited_.erase(found);
+  }
+  done(result);
+}
+
+bool Cluster::Forward(const Event& event) {
+  PeerMessage message;
+  if (const auto* request = std::get_if<engine::RequestReceived>(&event)) {
+    message = ForwardedRequest{request->link, request->message, 0};
+  } else if (const auto* pose = std::get_if<engine::PoseObserved>(&event)) {
+    message = ForwardedEvent{*pose};
+  } else if (const auto* ended = std::get_if<engine::GoalEnded>(&event)) {
+    message = ForwardedEvent{*ended};
+  } else {
+    return false;
+  }
+  std::string to;
+  {
+    const std::lock_guard lock(mutex_);
+    if (leader_up_.empty()) {
+      return false;
+    }
+    to = leader_up_;
+    ++view_.forwarded;
+  }
+  parts_.send(to, std::move(message));
+  return true;
+}
+
+bool Cluster::Forward(OperatorChange change, std::function<void(OperatorResult)> done) {
+  std::string to;
+  {
+    const std::lock_guard lock(mutex_);
+    if (leader_up_.empty()) {
+      return false;
+    }
+    to = leader_up_;
+    change.number = ++last_number_;
+    awaited_.emplace(change.number, Awaited{to, std::move(done)});
+    ++view_.forwarded;
+  }
+  parts_.send(to, std::move(change));
+  return true;
+}
+
+ClusterView Cluster::view() const {
+  const std::lock_guard lock(mutex_);
+  return view_;
+}
+
+}  // namespace pheromone::cluster

@@ -1,0 +1,133 @@
+// One server of several that share a log: follows it, or leads, and passes on what another server
+// has to decide. Connects replica.h, which decides, with the log, the peers, the service and the
+// local log; those are given, so that tests run several servers in one thread.
+//
+//   Cluster cluster(settings, next_sequence, replicated_log, parts);
+//   service.OnChange([&](const engine::Event& event) { return cluster.Forward(event); });
+//   cluster.Start();
+//   peers.OnMessage([&](const std::string& from, const PeerMessage& it) { cluster.OnMessage(...); });
+//   ... cluster.Continue() again, at the time that `parts.wake_at` was told
+//   cluster.Stop();
+//
+// Everything is called on one executor, that of the log and of the peers, and calls back there,
+// except for Forward and view, which any thread may call.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "server/base/result.h"
+#include "server/cluster/cluster_log.h"
+#include "server/cluster/peer_wire.h"
+#include "server/cluster/replica.h"
+#include "server/cluster/replicated_log.h"
+#include "server/core/engine/service/service.h"
+
+namespace pheromone::cluster {
+
+/// For information.
+struct ClusterView {
+  Role role = Role::kFollows;
+  Leader leader;
+  std::string id;              ///< of the cluster; empty: not known yet
+  uint64_t committed = 0;      ///< the last event that is known as committed here
+  uint64_t behind = 0;         ///< events that a peer knows as committed, and this one does not
+  uint64_t news_ms = 0;        ///< when the log was heard last, by the steady clock
+  uint64_t elections = 0;      ///< how often another leader was seen
+  uint64_t fenced = 0;         ///< appends that were refused, because another one leads
+  uint64_t forwarded = 0;      ///< messages passed to the leader
+  LogGap gap = LogGap::kNone;
+  std::string trouble;         ///< of the engine of the log; empty: none
+};
+
+class Cluster {
+ public:
+  struct Parts {
+    engine::Service* service = nullptr;
+    ClusterLog* log = nullptr;
+    engine::OrderedLog* local = nullptr;  ///< the journal: it has to admit what is followed
+
+    std::function<uint64_t()> now_ms;  ///< of a steady clock
+    /// Continue has to be called then, or earlier; UINT64_MAX: when something happens.
+    std::function<void(uint64_t)> wake_at;
+    /// From any thread: Continue has to be called soon; under the service's lock.
+    std::function<void()> wake;
+    /// From any thread, under the service's lock: the message goes to that peer.
+    std::function<void(const std::string& to, PeerMessage message)> send;
+    std::function<void(const PeerMessage&)> send_all;
+    /// Answers and commands for robots that are connected here.
+    std::function<void(const std::vector<engine::Outgoing>&)> deliver;
+    /// It leads from here on, or leads no more.
+    std::function<void(bool)> on_lead;
+    /// This process is of no use any more, and has to begin again from its journal.
+    std::function<void(const std::string& why)> restart;
+    /// An operator's change that a peer has forwarded, and its result.
+    std::function<void(const OperatorChange&, std::function<void(OperatorResult)>)> change;
+    /// Halts robots here.
+    std::function<HaltDone(const HaltAll&)> halt;
+  };
+
+  /// `next`: one after the last event of the service. `log` and all parts outlive it.
+  Cluster(ReplicaSettings settings, Sequence next, ReplicatedLog* log, Parts parts);
+  Cluster(const Cluster&) = delete;
+  Cluster& operator=(const Cluster&) = delete;
+
+  void Start();
+  void Continue();
+  void OnMessage(const std::string& from, const PeerMessage& message);
+  void OnUp(const std::string& node);
+  void OnDown(const std::string& node);
+  void StepDown(const std::string& successor);
+  /// Calls nobody any more.
+  void Stop();
+
+  /// Passes an event to the leader; false if this server leads, or none can be reached. Under the
+  /// service's lock, from any thread.
+  bool Forward(const engine::Event& event);
+  /// Passes on an operator's change; `done` is called once, by the executor, at the latest when the
+  /// leader's connection ends. False, without calling: as Forward. Any thread.
+  bool Forward(OperatorChange change, std::function<void(OperatorResult)> done);
+  ClusterView view() const;
+
+ private:
+  struct Awaited {
+    std::string by;  // the leader that was asked
+    std::function<void(OperatorResult)> done;
+  };
+
+  Status Apply(const Group& group);
+  bool ApplySome();
+  void TakeRole();
+  void TellView();
+  void Accept(const std::string& from, const ForwardedRequest& request);
+  void Accept(const ForwardedEvent& event);
+  void Finish(const OperatorResult& result);
+
+  const ReplicaSettings settings_;
+  ReplicatedLog* const log_;
+  const Parts parts_;
+  Replica replica_;
+  std::deque<Group> to_apply_;  // while the local log does not admit more
+  std::set<std::string> up_;                // peers
+  std::map<std::string, uint64_t> known_;   // the next event, as they told
+  uint64_t news_ms_ = 0;
+  bool is_stopped_ = false;
+
+  mutable std::mutex mutex_;
+  // Under mutex_:
+  std::string leader_up_;  // the leader, if it is another node and connected
+  std::map<uint64_t, Awaited> awaited_;
+  uint64_t last_number_ = 0;
+  ClusterView view_;
+};
+
+}  // namespace pheromone::cluster

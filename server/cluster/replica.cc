@@ -1,0 +1,161 @@
+#include "server/cluster/replica.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pheromone::cluster {
+
+Replica::Replica(ReplicaSettings settings, Sequence next, uint64_t now_ms)
+    : election_(std::move(settings), now_ms),
+      queue_(election_.settings()),
+      next_(next),
+      follow_from_(std::max<Sequence>(next, 2) - 1) {}
+
+void Replica::OnHeartbeat(const std::string& from, const Heartbeat& heartbeat, uint64_t now_ms) {
+  election_.OnHeartbeat(from, heartbeat, now_ms);
+}
+
+void Replica::OnPage(const Page& page, uint64_t now_ms) {
+  if (is_deposed_ || gap_ != LogGap::kNone) {
+    return;
+  }
+  if (!page_next_) {
+    CheckFirst(page);
+  }
+  for (const Group& group : page.groups) {
+    if (is_deposed_ || gap_ != LogGap::kNone) {
+      break;
+    }
+    Receive(group, page.leader, now_ms);
+  }
+  if (gap_ != LogGap::kNone) {
+    is_deposed_ = is_deposed_ || !queue_.empty();
+    election_.Bar();
+    return;
+  }
+  const Term known = election_.leader().term;
+  election_.OnLeader(page.leader, now_ms);
+  if (page.leader.term > known && !queue_.empty()) {
+    is_deposed_ = true;  // the page has all that there ever will be of earlier terms
+  }
+  has_caught_up_ = role() == Role::kCatchesUp && page.leader.term == election_.leader().term;
+}
+
+void Replica::CheckFirst(const Page& page) {
+  const Sequence begin = page.groups.empty() ? next_ : page.groups.front().first;
+  if (page.floor > next_ || begin > next_) {
+    gap_ = LogGap::kTrimmed;
+  } else if (next_ > 1 && page.floor < next_ &&
+             (page.groups.empty() || begin + page.groups.front().count < next_)) {
+    gap_ = LogGap::kRewound;  // the last event that was applied is neither there nor trimmed
+  }
+  page_next_ = begin;
+}
+
+void Replica::Receive(const Group& group, const Leader& leader, uint64_t now_ms) {
+  if (group.first != *page_next_) {
+    gap_ = group.first > *page_next_ ? LogGap::kTrimmed : LogGap::kRewound;
+    return;
+  }
+  page_next_ = group.first + group.count;
+  if (*page_next_ <= next_) {
+    return;  // applied before, or committed by the answer to its append
+  }
+  election_.OnProgress(now_ms);
+  if (queue_.in_flight() == group) {
+    CommitOwn();
+  } else if (!queue_.empty() ||
+             (role() == Role::kLeads && leader.term == election_.leader().term)) {
+    is_deposed_ = true;  // another one's, where only this daemon should write
+  } else {
+    ready_.push_back(group);
+    next_ = *page_next_;
+  }
+}
+
+void Replica::CommitOwn() {
+  ready_.push_back(queue_.Commit());
+  ++ready_own_;
+  next_ = ready_.back().first + ready_.back().count;
+}
+
+void Replica::OnLead(const Result<Leader>& leader, uint64_t now_ms) {
+  election_.OnLead(leader, now_ms);
+}
+
+void Replica::OnAppended(Appended outcome, uint64_t now_ms) {
+  const bool is_awaited =
+      appending_ && queue_.in_flight() && queue_.in_flight()->first == *appending_;
+  appending_.reset();
+  if (is_deposed_ || !is_awaited) {
+    return;  // a page was first
+  }
+  switch (outcome) {
+    case Appended::kCommitted:
+      election_.OnProgress(now_ms);
+      CommitOwn();
+      break;
+    case Appended::kFenced:
+      is_deposed_ = true;
+      break;
+    case Appended::kUnknown:
+      queue_.Repeat(now_ms);
+      break;
+  }
+}
+
+void Replica::Submit(Sequence sequence, std::string record) {
+  if (role() == Role::kLeads) {
+    queue_.Push(sequence, std::move(record));
+  } else {
+    is_deposed_ = true;
+  }
+}
+
+Replica::Actions Replica::Next(uint64_t now_ms) {
+  Actions actions;
+  actions.committed = std::exchange(ready_, {});
+  actions.own = std::exchange(ready_own_, 0);
+  actions.is_deposed = is_deposed_;
+  if (is_deposed_) {
+    return actions;
+  }
+  if (std::exchange(has_caught_up_, false)) {
+    election_.OnCaughtUp();
+    queue_.Begin(election_.leader().term, next_);
+  }
+  actions.take_lead = election_.Ask(now_ms);
+  if (role() == Role::kLeads && !appending_) {
+    if (const Group* const group = queue_.Due(now_ms)) {
+      actions.append = *group;
+      appending_ = group->first;
+    }
+  }
+  actions.heartbeat = election_.Beat(queue_.empty(), next_, now_ms);
+  return actions;
+}
+
+uint64_t Replica::Deadline() const {
+  if (!ready_.empty() || has_caught_up_) {
+    return 0;
+  }
+  if (is_deposed_) {
+    return kNever;
+  }
+  return std::min(election_.Deadline(), appending_ ? kNever : queue_.Deadline());
+}
+
+void Replica::Encode(ByteWriter* writer) const {
+  election_.Encode(writer);
+  queue_.Encode(writer);
+  writer->U64(next_);
+  writer->U64(follow_from_);
+  writer->U64(page_next_.value_or(0));
+  writer->U64(appending_.value_or(0));
+  writer->Flag(has_caught_up_);
+  writer->Flag(is_deposed_);
+  writer->U8(static_cast<uint8_t>(gap_));
+  writer->Count(ready_.size());  // Next was called: none
+}
+
+}  // namespace pheromone::cluster
