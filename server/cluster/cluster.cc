@@ -39,8 +39,12 @@ void Cluster::Start() {
     }
     {
       const std::lock_guard lock(mutex_);
-      view_.trouble = page.ok() ? "" : page.error();
-      view_.id = page.ok() ? page.value().id : view_.id;
+      if (page.ok()) {
+        view_.trouble.clear();
+        view_.id = page.value().id;
+      } else {
+        view_.trouble = page.error();
+      }
     }
     Continue();
   });
@@ -262,9 +266,8 @@ void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
         } else if constexpr (std::is_same_v<Message, ForwardedEvent>) {
           Accept(it);
         } else if constexpr (std::is_same_v<Message, OperatorChange>) {
-          parts_.change(it, [this, from](const OperatorResult& result) {
-            parts_.send(from, result);
-          });
+          parts_.change(it,
+                        [this, from](const OperatorResult& result) { parts_.send(from, result); });
         } else if constexpr (std::is_same_v<Message, OperatorResult>) {
           Finish(it);
         } else if constexpr (std::is_same_v<Message, HaltAll>) {

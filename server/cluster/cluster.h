@@ -5,7 +5,8 @@
 //   Cluster cluster(settings, next_sequence, replicated_log, parts);
 //   service.OnChange([&](const engine::Event& event) { return cluster.Forward(event); });
 //   cluster.Start();
-//   peers.OnMessage([&](const std::string& from, const PeerMessage& it) { cluster.OnMessage(...); });
+//   peers.OnMessage([&](const std::string& from, const PeerMessage& it) { cluster.OnMessage(...);
+//   });
 //   ... cluster.Continue() again, at the time that `parts.wake_at` was told
 //   cluster.Stop();
 //
@@ -38,15 +39,15 @@ namespace pheromone::cluster {
 struct ClusterView {
   Role role = Role::kFollows;
   Leader leader;
-  std::string id;              ///< of the cluster; empty: not known yet
-  uint64_t committed = 0;      ///< the last event that is known as committed here
-  uint64_t behind = 0;         ///< events that a peer knows as committed, and this one does not
-  uint64_t news_ms = 0;        ///< when the log was heard last, by the steady clock
-  uint64_t elections = 0;      ///< how often another leader was seen
-  uint64_t fenced = 0;         ///< appends that were refused, because another one leads
-  uint64_t forwarded = 0;      ///< messages passed to the leader
+  std::string id;          ///< of the cluster; empty: not known yet
+  uint64_t committed = 0;  ///< the last event that is known as committed here
+  uint64_t behind = 0;     ///< events that a peer knows as committed, and this one does not
+  uint64_t news_ms = 0;    ///< when the log was heard last, by the steady clock
+  uint64_t elections = 0;  ///< how often another leader was seen
+  uint64_t fenced = 0;     ///< appends that were refused, because another one leads
+  uint64_t forwarded = 0;  ///< messages passed to the leader
   LogGap gap = LogGap::kNone;
-  std::string trouble;         ///< of the engine of the log; empty: none
+  std::string trouble;  ///< of the engine of the log; empty: none
 };
 
 class Cluster {
@@ -116,9 +117,9 @@ class Cluster {
   ReplicatedLog* const log_;
   const Parts parts_;
   Replica replica_;
-  std::deque<Group> to_apply_;  // while the local log does not admit more
-  std::set<std::string> up_;                // peers
-  std::map<std::string, uint64_t> known_;   // the next event, as they told
+  std::deque<Group> to_apply_;             // while the local log does not admit more
+  std::set<std::string> up_;               // peers
+  std::map<std::string, uint64_t> known_;  // the next event, as they told
   uint64_t news_ms_ = 0;
   bool is_stopped_ = false;
 

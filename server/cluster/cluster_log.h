@@ -52,7 +52,8 @@ class ClusterLog final : public engine::OrderedLog {
 
   /// Admits changes. Everything in the shared log has been followed.
   void Lead();
-  /// Admits no more; what is pending may still be committed.
+  /// Admits no more; what is pending may still be committed. What is appended from here on is
+  /// followed.
   void EndLead();
   bool leads() const;
   /// Why changes are refused while it does not lead, for Trouble: who leads, or that nobody does.

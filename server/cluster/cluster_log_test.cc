@@ -127,7 +127,7 @@ TEST_F(ClusterLogTest, AFollowedEventIsInTheLocalLogAtOnce) {
   Service follower(&other, [this] { return now_; });
   std::vector<Outgoing> out;
   for (const auto& [stamp, event] : local_.events) {
-    follower.Follow(stamp, event, &out);
+    ASSERT_TRUE(follower.Follow(stamp, event, &out).ok());
   }
   EXPECT_EQ(other_local.events.size(), 2u);
   EXPECT_EQ(other.DurableSequence(), 2u);

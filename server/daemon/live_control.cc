@@ -181,6 +181,9 @@ control::StatusView LiveControl::GetStatus(bool with_hash) const {
   status.open_descriptors = process.open_descriptors;
   status.cpu_s = process.cpu_s;
   status.capture = GetCapture();
+  if (parts_.cluster) {
+    status.cluster = parts_.cluster->view();
+  }
   if (const Status health = CheckHealth(); !health.ok()) {
     status.warning = health.error();
   }
@@ -276,6 +279,9 @@ control::ConfigView LiveControl::GetConfig() const {
 }
 
 Status LiveControl::CheckHealth() const {
+  if (parts_.cluster && parts_.cluster->has_leader()) {
+    return Ok();
+  }
   if (const std::string trouble = parts_.log->Trouble(); !trouble.empty()) {
     return Error{trouble};
   }
@@ -294,6 +300,12 @@ Status LiveControl::CheckHealth() const {
 }
 
 void LiveControl::Edit(const field::FieldEdit& edit, DoneWith<control::EditOutcome> done) {
+  if (Forwards<control::EditOutcome>(
+          engine::FieldEdited{edit}, done, [](const cluster::OperatorResult& it) {
+            return control::EditOutcome{static_cast<uint64_t>(it.nodes), it.changed, it.edit};
+          })) {
+    return;
+  }
   if (!parts_.run_edit([this, edit, done] { EditNow(edit, done); })) {
     done(Error{kBusy});
   }
@@ -309,6 +321,12 @@ void LiveControl::EditNow(const field::FieldEdit& edit,
 }
 
 void LiveControl::Reverse(bool redo, DoneWith<control::ReverseOutcome> done) {
+  if (Forwards<control::ReverseOutcome>(
+          engine::EditReversed{redo}, done, [](const cluster::OperatorResult& it) {
+            return control::ReverseOutcome{it.info, it.text, it.changed};
+          })) {
+    return;
+  }
   const auto reverse = [this, redo, done] { DoneIfDurable(parts_.service->Reverse(redo), done); };
   if (!parts_.run_edit(reverse)) {
     done(Error{kBusy});
@@ -348,6 +366,9 @@ void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode
   engine::CommandIssued command{*index, id, code, {}};
   std::copy_n(arguments.begin(), std::min(arguments.size(), command.arguments.size()),
               command.arguments.begin());
+  if (Forwards(command, done)) {
+    return;
+  }
   std::vector<engine::Outgoing> out;
   const Status issued = parts_.service->Issue(command, &out);
   parts_.router->Deliver(out);
@@ -370,6 +391,9 @@ void LiveControl::SetGoal(std::string_view link, uint8_t id, field::PointUm poin
     done(UnknownLink(link, *parts_.link_configs));
     return;
   }
+  if (Forwards(cluster::GoalRequest{*index, id, point, tolerance_um}, done)) {
+    return;
+  }
   const auto set = [this, index = *index, id, point, tolerance_um, done] {
     DoneIfDurable(parts_.service->SetGoal(index, id, point, tolerance_um), done);
   };
@@ -384,7 +408,9 @@ void LiveControl::CancelGoal(std::string_view link, uint8_t id, Done done) {
     done(UnknownLink(link, *parts_.link_configs));
     return;
   }
-  DoneIfDurable(parts_.service->CancelGoal(*index, id), std::move(done));
+  if (!Forwards(cluster::GoalCancellation{*index, id}, done)) {
+    DoneIfDurable(parts_.service->CancelGoal(*index, id), std::move(done));
+  }
 }
 
 // Robots must stop even if the disk does not accept the event. A halt of all robots does not affect
@@ -392,6 +418,9 @@ void LiveControl::CancelGoal(std::string_view link, uint8_t id, Done done) {
 // it, or does not make it durable at once, it is sent without the log. Robots may then receive it
 // more than three times.
 void LiveControl::HaltAll(DoneWith<std::vector<std::string>> done) {
+  if (parts_.cluster) {
+    parts_.cluster->halt_peers();
+  }
   std::vector<std::string> names;
   bool logged = true;
   std::vector<engine::Outgoing> out;
@@ -443,6 +472,9 @@ void LiveControl::SendHaltsUnlogged(int transmissions) {
 }
 
 void LiveControl::ChangeTau(uint8_t type, int64_t tau_ms, Done done) {
+  if (Forwards(cluster::TauChange{type, tau_ms}, done)) {
+    return;
+  }
   const auto change = [this, type, tau_ms, done] {
     const Status changed = parts_.change_tau(type, tau_ms);
     if (!changed.ok()) {
@@ -457,6 +489,11 @@ void LiveControl::ChangeTau(uint8_t type, int64_t tau_ms, Done done) {
 }
 
 void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
+  if (Forwards<std::vector<std::string>>(
+          cluster::ReloadRequest{}, done,
+          [](const cluster::OperatorResult& it) { return it.notes; })) {
+    return;
+  }
   const auto reload = [this, done] {
     const Result<std::vector<std::string>> notes = parts_.reload();
     if (!notes.ok()) {

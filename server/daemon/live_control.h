@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "server/cluster/peer_wire.h"
 #include "server/config/config.h"
 #include "server/daemon/captures.h"
 #include "server/daemon/deadlines.h"
@@ -33,6 +34,18 @@
 #include "server/robots/links/tracker_link.h"
 
 namespace pheromone::daemon {
+
+/// The other servers, if this one is of a cluster (server/cluster). Any thread.
+struct LiveCluster {
+  /// Passes a change to the server that orders them; false, without calling back: this one does, or
+  /// none is reached.
+  std::function<bool(cluster::OperatorChange, std::function<void(cluster::OperatorResult)>)>
+      forward;
+  std::function<bool()> has_leader;  ///< another server orders the changes, and is reached
+  std::function<void()> halt_peers;  ///< lets all others halt their robots, at once
+  std::function<control::ClusterView()> view;
+  std::function<void(std::string_view successor, control::Control::Done)> step_down;
+};
 
 struct LiveParts {
   /// Queues work for another thread; false if the queue is full, and the work is not done.
@@ -54,6 +67,7 @@ struct LiveParts {
   std::function<Status(uint8_t, int64_t)> change_tau;        ///< likewise
   Snapshot snapshot;                                         ///< asks the journal for one
   bool is_kept = false;                                      ///< there is a journal
+  std::optional<LiveCluster> cluster{};
   std::chrono::milliseconds patience{5'000};  ///< with a log or a recording that waits for the disk
   std::chrono::milliseconds snapshot_patience{12'000};  ///< below that of the HTTP server
 };
@@ -101,6 +115,14 @@ class LiveControl final : public control::Control {
   void Snapshot(DoneWith<std::optional<std::string>> done) override;
   void StartCapture(Done done) override;
   void StopCapture(Done done) override;
+  void StepDown(std::string_view successor, Done done) override;
+
+  /// Makes an operator's change that another server has passed on.
+  void Accept(const cluster::OperatorChange& change,
+              const std::function<void(cluster::OperatorResult)>& done);
+  /// Halts all robots that are connected here, without the log. Another server has logged it, or
+  /// cannot; the names of the links.
+  std::vector<std::string> HaltHere();
 
   /// Measures the utilisation of the links. To be called about once a second, by one thread.
   void SampleLinks();
@@ -128,6 +150,21 @@ class LiveControl final : public control::Control {
   using TimePoint = std::chrono::steady_clock::time_point;
 
   void EditNow(const field::FieldEdit& edit, const DoneWith<control::EditOutcome>& done);
+  // Where another server orders the changes, passes on one; else false, without calling.
+  template <typename T, typename Change, typename Convert>
+  bool Forwards(const Change& change, const DoneWith<T>& done, Convert convert) const {
+    return parts_.cluster &&
+           parts_.cluster->forward({0, change}, [done, convert](const cluster::OperatorResult& it) {
+             done(it.ok ? Result<T>(convert(it)) : Error{it.text});
+           });
+  }
+  template <typename Change>
+  bool Forwards(const Change& change, const Done& done) const {
+    return parts_.cluster &&
+           parts_.cluster->forward({0, change}, [done](const cluster::OperatorResult& it) {
+             done(it.ok ? Ok() : Status(Error{it.text}));
+           });
+  }
   template <typename T>
   void DoneIfDurable(const Result<T>& made, const DoneWith<T>& done) const;
   void DoneIfDurable(const Status& changed, Done done) const;

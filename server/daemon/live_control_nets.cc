@@ -31,6 +31,9 @@ std::vector<control::NetView> LiveControl::GetNets() const {
 }
 
 void LiveControl::ChangeNets(const engine::NetsChanged& change, Done done) {
+  if (Forwards(change, done)) {
+    return;
+  }
   std::vector<engine::Outgoing> out;
   const Result<uint64_t> applied = parts_.service->Submit(change, &out);
   parts_.router->Deliver(out);

@@ -34,6 +34,9 @@ control::SymbolPage LiveControl::GetSymbols(size_t first) const {
 }
 
 void LiveControl::ChangeTags(const engine::TagsChanged& change, Done done) {
+  if (Forwards(change, done)) {
+    return;
+  }
   std::vector<engine::Outgoing> out;
   const Result<uint64_t> applied = parts_.service->Submit(change, &out);
   parts_.router->Deliver(out);

@@ -353,7 +353,7 @@ EventKind KindOf(const Event& event);
 struct Asker {
   int64_t asked_ns = 0;     ///< when it was read, by the link's steady clock; 0: unknown
   uint32_t connection = 0;  ///< on a link with several
-  uint8_t via = 0;          ///< the number of the server that forwarded it; 0: this one heard it
+  bool is_forwarded = false;  ///< another server has heard it, and answers it
   uint32_t address_size = 0;
   std::array<uint8_t, 28> address{};  ///< on a link of datagrams: the socket address
 

@@ -52,6 +52,28 @@ struct CaptureView {
   uint64_t lost = 0;     ///< records dropped because the disk was too slow
 };
 
+/// What one of several servers with one log (server/cluster) knows of them.
+struct ClusterView {
+  struct Peer {
+    std::string node;
+    bool up = false;
+    std::string state;  ///< as text: its address, or why there is no connection
+  };
+  std::string name;        ///< of the cluster
+  std::string node;        ///< this server's
+  std::string role;        ///< "leads", "follows", "takes the lead", "catches up"
+  std::string leader;      ///< the node that leads; empty: none is known
+  uint64_t term = 0;       ///< its
+  uint64_t committed = 0;  ///< the last event that a majority has, as far as is known here
+  uint64_t behind = 0;     ///< events that are not applied here yet, though a peer knows them
+  double heard_s = 0;      ///< time since the log was heard: how stale this server may be
+  uint64_t elections = 0;  ///< how often the leader changed
+  uint64_t fenced = 0;     ///< changes of this server that were refused, since another one led
+  uint64_t forwarded = 0;  ///< messages that were passed to the leader
+  std::string trouble;     ///< with the log; empty: none
+  std::vector<Peer> peers;
+};
+
 /// The server as a whole.
 struct StatusView {
   std::string version;
@@ -79,6 +101,7 @@ struct StatusView {
   uint64_t open_descriptors = 0;
   double cpu_s = 0;
   CaptureView capture;
+  std::optional<ClusterView> cluster;  ///< if it is one of several
   std::string warning;  ///< why the server is not healthy, see CheckHealth; empty: it is
 };
 
@@ -275,6 +298,12 @@ class Control {
   /// Stops the recording; calls `done` when its last file is complete. Errors: none is in progress;
   /// not everything could be written.
   virtual void StopCapture(Done done) = 0;
+  /// Lets another server of the cluster order the changes; `successor` may be empty. Errors: this
+  /// is no cluster, this server does not lead, no such node.
+  virtual void StepDown(std::string_view successor, Done done) {
+    (void)successor;
+    done(Error{"this server is not one of a cluster"});
+  }
 };
 
 }  // namespace pheromone::control

@@ -166,6 +166,26 @@ json::value ToJson(const control::CaptureView& capture) {
                       {"records", capture.records},       {"lost", capture.lost}};
 }
 
+json::value ToJson(const control::ClusterView& cluster) {
+  json::array peers;
+  for (const control::ClusterView::Peer& peer : cluster.peers) {
+    peers.push_back({{"node", peer.node}, {"up", peer.up}, {"state", peer.state}});
+  }
+  return json::object{{"name", cluster.name},
+                      {"node", cluster.node},
+                      {"role", cluster.role},
+                      {"leader", TextOrNull(cluster.leader)},
+                      {"term", cluster.term},
+                      {"committed_sequence", cluster.committed},
+                      {"behind", cluster.behind},
+                      {"heard_s", cluster.heard_s},
+                      {"elections", cluster.elections},
+                      {"fenced", cluster.fenced},
+                      {"forwarded", cluster.forwarded},
+                      {"trouble", TextOrNull(cluster.trouble)},
+                      {"peers", peers}};
+}
+
 json::value ToJson(const control::StatusView& status) {
   return json::object{
       {"version", status.version},
@@ -191,6 +211,7 @@ json::value ToJson(const control::StatusView& status) {
         {"commands_unanswered", status.engine.commands_unanswered},
         {"commands_unknown", status.engine.commands_unknown}}},
       {"capture", ToJson(status.capture)},
+      {"cluster", status.cluster ? ToJson(*status.cluster) : json::value(nullptr)},
       {"warning", status.warning.empty() ? json::value(nullptr) : json::value(status.warning)},
       {"process",
        {{"resident_bytes", status.resident_bytes},

@@ -20,6 +20,7 @@ namespace pheromone::web {
 
 boost::json::value ToJson(const control::StatusView& status);
 boost::json::value ToJson(const control::CaptureView& capture);
+boost::json::value ToJson(const control::ClusterView& cluster);
 boost::json::value ToJson(const std::vector<control::LinkView>& links);
 boost::json::value ToJson(const std::vector<control::TrackerView>& trackers);
 boost::json::value ToJson(const control::ConfigView& config);

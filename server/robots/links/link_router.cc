@@ -18,7 +18,7 @@ void LinkRouter::Handle(engine::LinkIndex from, std::span<const protocol::Messag
 void LinkRouter::Deliver(std::span<const engine::Outgoing> outgoing) {
   std::vector<std::vector<engine::Outgoing>> by_link(links_.size());
   for (const engine::Outgoing& it : outgoing) {
-    if (it.link < by_link.size()) {
+    if (it.link < by_link.size() && !it.asker.is_forwarded) {
       by_link[it.link].push_back(it);
     }
   }

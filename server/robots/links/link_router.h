@@ -29,6 +29,7 @@ class LinkRouter {
               std::span<const engine::Asker> askers, std::vector<engine::Outgoing>* answers);
 
   /// Sends each message on its link. The messages of one link are passed together and in order.
+  /// Answers to forwarded requests are left to the server that has forwarded them.
   void Deliver(std::span<const engine::Outgoing> outgoing);
 
   /// The latency of batches: waiting for the engine plus processing.

@@ -250,7 +250,7 @@ void LocalJournal::Stop() {
   piece_done_.notify_all();
 }
 
-Status LocalJournal::Close(uint64_t state_hash) {
+Status LocalJournal::Close(std::optional<uint64_t> state_hash) {
   const auto flush = [this] {
     while (file_ != nullptr && WriteGroup(true)) {
     }
@@ -264,7 +264,9 @@ Status LocalJournal::Close(uint64_t state_hash) {
     const std::lock_guard lock(mutex_);
     admits_ = false;
     queue_.emplace_back().last_sequence = appended_;
-    AppendHash(appended_, state_hash, &queue_.back().records);
+    if (state_hash) {
+      AppendHash(appended_, *state_hash, &queue_.back().records);
+    }
     AppendEnd(appended_, &queue_.back().records);
   }
   done = done && flush();

@@ -146,9 +146,10 @@ class LocalJournal final : public engine::OrderedLog {
   void WriteUntilStopped();
   void Stop();
 
-  /// Called after the writing thread has ended: writes the rest and marks an orderly end. Errors:
-  /// not everything is durable.
-  Status Close(uint64_t state_hash);
+  /// Called after the writing thread has ended: writes the rest and marks an orderly end, with the
+  /// hash of the state, if that is the state after the last event. Errors: not everything is
+  /// durable.
+  Status Close(std::optional<uint64_t> state_hash);
 
  private:
   static constexpr std::string_view kNotBegun = "not begun";

@@ -279,7 +279,7 @@ uint64_t Service::Order(const Stamp& stamp, const Event& event, std::vector<Outg
 }
 
 bool Service::IsForwarded(const Event& event, const Asker& asker) {
-  if (!forward_ || asker.via != 0 || !forward_(event)) {
+  if (!forward_ || asker.is_forwarded || !forward_(event)) {
     return false;
   }
   const auto& received = std::get<RequestReceived>(event);
@@ -288,7 +288,7 @@ bool Service::IsForwarded(const Event& event, const Asker& asker) {
   return true;
 }
 
-void Service::Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* out) {
+Status Service::Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* out) {
   const bool is_edit = std::holds_alternative<FieldEdited>(event);
   if (is_edit || std::holds_alternative<ConfigChanged>(event)) {
     std::optional<SharedConfig> present;
@@ -329,6 +329,7 @@ void Service::Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* out
     }
   }
   HoldBack(out, before);
+  return Ok();
 }
 
 void Service::AppendForwarded(Outgoing answer, std::vector<Outgoing>* out) {

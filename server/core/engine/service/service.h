@@ -91,8 +91,8 @@ class Service {
 
   /// Applies the next event of the shared log, as another server has ordered it. The answer to a
   /// request is sent from here if it was forwarded from here; commands if their robot was heard
-  /// here.
-  void Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* out);
+  /// here. Errors: the event is not possible, so this state is not the other's.
+  Status Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* out);
 
   /// Appends the answer that was given elsewhere to a forwarded request, a refusal for instance, if
   /// the robot still waits for it here.

@@ -39,7 +39,9 @@ class FollowTest : public testing::ServiceTest {
   std::vector<Outgoing> CatchUp() {
     std::vector<Outgoing> out;
     for (; followed_ < log_.events.size(); ++followed_) {
-      follower_.Follow(log_.events[followed_].first, log_.events[followed_].second, &out);
+      const Status followed =
+          follower_.Follow(log_.events[followed_].first, log_.events[followed_].second, &out);
+      EXPECT_TRUE(followed.ok()) << followed.error();
     }
     return out;
   }
@@ -58,7 +60,7 @@ class FollowTest : public testing::ServiceTest {
   std::vector<Outgoing> Forward() {
     std::vector<Outgoing> out;
     Asker asker;
-    asker.via = 2;
+    asker.is_forwarded = true;
     for (const Event& event : forwarded_) {
       const auto& received = std::get<RequestReceived>(event);
       service_.Handle(received.link, {&received.message, 1}, &out, {&asker, 1});
@@ -92,7 +94,7 @@ TEST_F(FollowTest, AChangeIsAnsweredByTheFollowerWhenItsEventComes) {
   EXPECT_EQ(follower_.counters().forwarded, 1u);
   const std::vector<Outgoing> at_leader = Forward();
   ASSERT_EQ(at_leader.size(), 1u);
-  EXPECT_EQ(at_leader[0].asker.via, 2);
+  EXPECT_TRUE(at_leader[0].asker.is_forwarded);
   const std::vector<Outgoing> out = CatchUp();
   ASSERT_EQ(out.size(), 1u);
   EXPECT_TRUE(SameMessage(out[0].message, at_leader[0].message));

@@ -88,6 +88,26 @@ void AddProcess(const control::StatusView& status, Text* text) {
   text->Counter("cpu_seconds_total", "Processor time of the process.", status.cpu_s);
 }
 
+void AddCluster(const control::ClusterView& cluster, Text* text) {
+  text->Family("cluster_leads", "gauge", "1: this server orders the changes of the cluster.");
+  text->Sample({{"node", cluster.node}}, cluster.role == "leads" ? 1 : 0);
+  text->Gauge("cluster_term", "Term of the leader.", cluster.term);
+  text->Gauge("cluster_committed_sequence", "The last event that a majority has.",
+              cluster.committed);
+  text->Gauge("cluster_lag_events", "Events that are not applied here yet.", cluster.behind);
+  text->Gauge("cluster_lag_seconds", "Time since the log was heard.", cluster.heard_s);
+  text->Gauge("cluster_engine_up", "1: the engine of the log responds.",
+              cluster.trouble.empty() ? 1 : 0);
+  text->Counter("cluster_elections_total", "Changes of the leader.", cluster.elections);
+  text->Counter("cluster_fenced_total", "Appends that were refused, since another server led.",
+                cluster.fenced);
+  text->Counter("cluster_forwarded_total", "Messages passed to the leader.", cluster.forwarded);
+  text->Family("cluster_peer_up", "gauge", "1: there is a connection to this server.");
+  for (const control::ClusterView::Peer& peer : cluster.peers) {
+    text->Sample({{"peer", peer.node}}, peer.up ? 1 : 0);
+  }
+}
+
 void AddEngine(const control::StatusView& status, Text* text) {
   text->Gauge("field_time_seconds", "Field time, by which pheromone evaporates.",
               static_cast<double>(status.field_time_ms) / 1e3);
@@ -308,6 +328,9 @@ std::string Metrics(const control::Control& control) {
   Text text;
   AddProcess(status, &text);
   AddEngine(status, &text);
+  if (status.cluster) {
+    AddCluster(*status.cluster, &text);
+  }
   AddTags(status.tags, status.tag_counters, &text);
   AddNets(control.GetNets(), &text);
   AddLatency(status.latency, &text);
