@@ -1,12 +1,18 @@
 // Shared by several sections: tables, names, pheromones, addresses, files.
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <pwd.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <system_error>
+#include <utility>
 
+#include "server/base/file.h"
 #include "server/config/sections.h"
 
 namespace pheromone::config {
@@ -34,6 +40,17 @@ std::optional<Endpoint> ParseEndpoint(std::string_view text) {
   const bool good = error == std::errc() && end == port.data() + port.size() && !port.empty() &&
                     IsAddress(brackets ? AF_INET6 : AF_INET, endpoint.address);
   return good ? std::optional(endpoint) : std::nullopt;
+}
+
+// The owner of the file is often not the user of the server.
+std::string WhoMustReadIt(const std::string& path) {
+  if (access(path.c_str(), R_OK) == 0 || errno != EACCES) {
+    return "";
+  }
+  const passwd* user = getpwuid(geteuid());
+  return " for the user " +
+         (user != nullptr ? std::string(user->pw_name) : std::to_string(geteuid())) +
+         ", as which the server runs; give the file to that user's group (chgrp) with mode 0640";
 }
 
 }  // namespace
@@ -119,13 +136,17 @@ const field::PheromoneLaw* ReadPheromoneOf(const TableReader& table,
   return nullptr;
 }
 
+bool IsName(std::string_view text) {
+  constexpr std::string_view kAllowed =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.";
+  return !text.empty() && text.size() <= 32 &&
+         text.find_first_not_of(kAllowed) == std::string_view::npos;
+}
+
 std::optional<std::string> ReadName(const TableReader& table) {
   auto name = table.String("name");
-  if (name && (name->size() > 32 ||
-               name->find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                       "0123456789-_.") != std::string::npos)) {
-    table.Expected("name", *table.Find("name"),
-                   "at most 32 letters, digits, hyphens, underscores and dots");
+  if (name && !IsName(*name)) {
+    table.Expected("name", *table.Find("name"), kNameExpected);
     return std::nullopt;
   }
   return name;
@@ -180,6 +201,35 @@ std::optional<std::filesystem::path> ReadFileName(const TableReader& table, std:
     return std::nullopt;
   }
   return path;
+}
+
+std::optional<NamedFile> ReadNamedFile(const TableReader& table, std::string_view key,
+                                       size_t max_bytes, const Notes& notes) {
+  const auto path = ReadFileName(table, key, {}, notes);
+  if (!path) {
+    return std::nullopt;
+  }
+  Result<std::string> text = ReadFile(path->string(), max_bytes);
+  if (!text.ok()) {
+    table.Report(key, text.error() + WhoMustReadIt(path->string()));
+    return std::nullopt;
+  }
+  return NamedFile{path->string(), std::move(text).value()};
+}
+
+std::string Trimmed(const std::string& text) {
+  constexpr const char* kBlanks = " \t\r\n";
+  const size_t begin = text.find_first_not_of(kBlanks);
+  return begin == std::string::npos
+             ? ""
+             : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+std::string WhyNotSecret(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 && (status.st_mode & S_IRWXO) != 0
+             ? path + " is readable by all users, expected mode 0640 or stricter"
+             : "";
 }
 
 }  // namespace pheromone::config

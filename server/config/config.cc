@@ -61,14 +61,15 @@ void ReadCapture(const Value& root, Notes* notes, CaptureSettings* capture) {
 }  // namespace
 
 Result<Config> ParseConfig(std::string_view text, std::string_view name,
-                           const std::optional<std::filesystem::path>& folder) {
+                           const std::optional<std::filesystem::path>& folder,
+                           const std::optional<Machine>& machine) {
   PHEROMONE_TRY(const Value root, ParseDocument(text, name));
   Notes notes{Problems(name), std::string(name), folder, {}, {}};
   Config config;
   TableReader(root, "", &notes.problems)
       .AllowOnly({"map", "antennas", "pheromone", "obstacles", "path", "print", "link", "frame",
                   "tracker", "limits", "journal", "capture", "daemon", "control", "web", "tags",
-                  "tag", "net"});
+                  "tag", "net", "cluster"});
   field::FieldConfig& field = config.engine.field;
   const bool has_map = ReadMap(root, &notes, &config);
   ReadAntennas(root, &notes, &field);
@@ -81,6 +82,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
     ReadPaths(root, config.datum, &notes, &field);
     ReadPrints(root, &notes, &field);
   }
+  ReadCluster(root, machine, &notes, &config.cluster);
   ReadLinks(root, &notes, &config);
   ReadFrames(root, &notes, &config.engine);
   ReadTrackers(root, &notes, &config);
@@ -92,7 +94,8 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   ReadNets(root, &notes, &config.engine);
   ReadControl(root, &notes, &config.control);
   ReadWeb(root, &notes, &config.web);
-  CheckConflicts(root, &notes, config.control);
+  CheckJournalOfCluster(root, &notes, config);
+  CheckConflicts(root, &notes, config.control, config.cluster ? config.cluster->node : "");
   if (!notes.problems.empty()) {
     return Error{notes.problems.Text()};
   }
@@ -102,9 +105,10 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
   return config;
 }
 
-Result<Config> LoadConfig(const std::string& path) {
+Result<Config> LoadConfig(const std::string& path, const std::optional<Machine>& machine) {
   PHEROMONE_TRY(const std::string text, ReadFile(path, kMaxText));
-  Result<Config> config = ParseConfig(text, path, std::filesystem::path(path).parent_path());
+  Result<Config> config =
+      ParseConfig(text, path, std::filesystem::path(path).parent_path(), machine);
   if (config.ok()) {
     config.value().file = AbsolutePath(path);
   }
@@ -112,9 +116,10 @@ Result<Config> LoadConfig(const std::string& path) {
 }
 
 Result<Config> LoadConfigOrDefault(const std::string& path,
-                                   const std::optional<std::filesystem::path>& folder) {
-  return path.empty() ? ParseConfig(DefaultConfigText(), "default configuration", folder)
-                      : LoadConfig(path);
+                                   const std::optional<std::filesystem::path>& folder,
+                                   const std::optional<Machine>& machine) {
+  return path.empty() ? ParseConfig(DefaultConfigText(), "default configuration", folder, machine)
+                      : LoadConfig(path, machine);
 }
 
 }  // namespace pheromone::config

@@ -77,6 +77,26 @@ struct JournalConfig {
   bool operator==(const JournalConfig&) const = default;
 };
 
+/// Several daemons with one map (server/cluster).
+struct ClusterSettings {
+  struct Node {
+    std::string name;
+    Endpoint address;  ///< where its daemon listens for the others
+    bool operator==(const Node&) const = default;
+  };
+
+  static constexpr uint32_t kHeartbeatMs = 50;  ///< between two of a daemon
+
+  std::string name;
+  std::vector<std::string> engine;  ///< of etcd's members, "http://10.0.0.1:2379"
+  std::vector<Node> nodes;          ///< by name
+  std::string node;    ///< which of them this machine is; empty: it was not asked for (Machine)
+  std::string secret;  ///< that all of them have: bytes
+  uint32_t suspect_ms = 300;  ///< a leader that is silent for so long is replaced
+  uint32_t group_ms = 5;      ///< groups of events are at least so far apart
+  bool operator==(const ClusterSettings&) const = default;
+};
+
 /// Recording of the traffic (server/store/capture).
 struct CaptureSettings {
   bool start = false;       ///< at the start of the server
@@ -102,25 +122,35 @@ struct Config {
   ControlSettings control;
   WebSettings web;
   JournalConfig journal;
-  std::string text;  ///< of the file
-  std::string file;  ///< its absolute path; empty: a text without a file
+  std::optional<ClusterSettings> cluster;  ///< none: this daemon is alone
+  std::string text;                        ///< of the file
+  std::string file;                        ///< its absolute path; empty: a text without a file
   std::vector<Warning> warnings;
   std::vector<std::string> notes;  ///< nothing is wrong, but it is good to know
 };
 
+/// The machine that a configuration is read for: [cluster] is the same on all of them.
+struct Machine {
+  std::string host_name;  ///< perhaps with its domain
+  std::string node{};     ///< by the command line; empty: as configured, or as the host is named
+};
+
 /// Reads a file. Errors: it cannot be read, or what ParseConfig finds.
-Result<Config> LoadConfig(const std::string& path);
+Result<Config> LoadConfig(const std::string& path, const std::optional<Machine>& machine = {});
 
 /// The same; for an empty path, the default configuration. A server that is started without a file
 /// reads the files that it names relative to its working directory, `folder`; without a folder they
 /// are not read: they are a server's.
 Result<Config> LoadConfigOrDefault(const std::string& path,
-                                   const std::optional<std::filesystem::path>& folder = {});
+                                   const std::optional<std::filesystem::path>& folder = {},
+                                   const std::optional<Machine>& machine = {});
 
 /// Parses a text; `name` stands for the file in messages. The names of other files are relative to
-/// `folder`; without one, the text may name none, and token_file is not read.
+/// `folder`; without one, the text may name none, and files with secrets are not read. Without a
+/// machine, it may be none of the cluster's nodes.
 Result<Config> ParseConfig(std::string_view text, std::string_view name,
-                           const std::optional<std::filesystem::path>& folder = std::nullopt);
+                           const std::optional<std::filesystem::path>& folder = std::nullopt,
+                           const std::optional<Machine>& machine = std::nullopt);
 
 /// The default configuration, as a commented file.
 std::string_view DefaultConfigText();

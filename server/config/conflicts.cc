@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/config/folders.h"
@@ -57,6 +58,7 @@ struct Place {
   std::string of;                // link "radio-a", the control socket, this configuration file
   const Value* value = nullptr;  // null: it is there without being configured
   std::filesystem::path path;
+  std::vector<std::string> on = {};  // of a link
 
   bool is_link() const { return kind == Kind::kPty || kind == Kind::kSerial; }
 };
@@ -65,7 +67,8 @@ bool Clash(const Place& a, const Place& b) {
   const auto makes = [](const Place& it) {
     return it.kind == Place::Kind::kPty || it.kind == Place::Kind::kSocket;
   };
-  return a.path == b.path && ((a.is_link() && b.is_link()) || makes(a) || makes(b));
+  return a.path == b.path && !AreApart(a.on, b.on) &&
+         ((a.is_link() && b.is_link()) || makes(a) || makes(b));
 }
 
 // The same for all names of a path; the target of a symbolic link in its last part is another path.
@@ -85,7 +88,8 @@ std::string TextAt(const Value& table, std::string_view key) {
 // Visits the sections again, including those with errors: everything readable counts.
 class Collector {
  public:
-  Collector(const Value& root, const Notes& notes) : notes_(notes), ignored_(notes.file) {
+  Collector(const Value& root, const Notes& notes, const std::string& node)
+      : notes_(notes), ignored_(notes.file) {
     if (notes.folder) {
       places_.push_back(
           {Place::Kind::kFile, "", "this configuration file", nullptr, PlaceOf(notes.file)});
@@ -98,6 +102,13 @@ class Collector {
     ForEach(root, "web", [this](const Value& table, const std::string& path) {
       AddListener(table, path, "[web]", true);
       AddFile(table, path, "token_file");
+    });
+    ForEach(root, "cluster", [this, &node](const Value& table, const std::string& path) {
+      const Value* nodes = table.Find("nodes");
+      if (nodes != nullptr && !node.empty()) {
+        AddListener(*nodes, path + ".nodes", "[cluster]", true, node);
+      }
+      AddFile(table, path, "secret_file");
     });
     ForEach(root, "obstacles",
             [this](const Value& table, const std::string& path) { AddFile(table, path, "map"); });
@@ -159,18 +170,24 @@ class Collector {
     if (kind == "serial") {
       place = PortPath(place);
     }
+    std::vector<std::string> on;
+    if (const Value* nodes = table.Find("on"); nodes != nullptr) {
+      for (const Value& node : nodes->items) {
+        on.push_back(node.text);
+      }
+    }
     places_.push_back({kind == "pty" ? Place::Kind::kPty : Place::Kind::kSerial, path + '.' + key,
-                       of, table.Find(key), PlaceOf(place)});
+                       of, table.Find(key), PlaceOf(place), std::move(on)});
   }
 
-  void AddListener(const Value& table, const std::string& path, const std::string& of, bool tcp) {
-    const Value* value = table.Find("listen");
-    const auto endpoint = value != nullptr
-                              ? ReadEndpoint(TableReader(table, path, &ignored_), "listen")
-                              : std::nullopt;
+  void AddListener(const Value& table, const std::string& path, const std::string& of, bool tcp,
+                   const std::string& key = "listen") {
+    const Value* value = table.Find(key);
+    const auto endpoint =
+        value != nullptr ? ReadEndpoint(TableReader(table, path, &ignored_), key) : std::nullopt;
     if (endpoint) {
       listeners_.push_back(
-          {path + ".listen", of, value, tcp, AddressOf(endpoint->address), endpoint->port});
+          {path + '.' + key, of, value, tcp, AddressOf(endpoint->address), endpoint->port});
     }
   }
 
@@ -251,8 +268,9 @@ void WarnOfObstructions(const std::vector<Place>& places, Notes* notes) {
 
 }  // namespace
 
-void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& control) {
-  Collector collector(root, *notes);
+void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& control,
+                    const std::string& node) {
+  Collector collector(root, *notes, node);
   collector.AddSocket(root, control.socket);
   CheckListeners(collector.listeners(), &notes->problems);
   CheckPlaces(collector.places(), &notes->problems);

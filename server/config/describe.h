@@ -11,7 +11,8 @@ namespace pheromone::config {
 /// The map, each pheromone's law in words, and what lies on the map.
 std::vector<std::string> DescribeConfig(const Config& config);
 
-/// Links, trackers, control socket and web. `runtime_directory` is $RUNTIME_DIRECTORY (folders.h).
+/// Links, trackers, control socket, web and cluster. `runtime_directory` is $RUNTIME_DIRECTORY
+/// (folders.h).
 std::vector<std::string> DescribeReach(const Config& config, const char* runtime_directory);
 
 /// What `pheromoned --check` and `pheromonectl config check` say of a configuration that could be

@@ -29,6 +29,31 @@ std::string DescribeLink(const links::LinkConfig& link) {
   return "udp " + ToText(link.listen);
 }
 
+// "a, b", with what `text` says of each.
+template <typename List, typename Text>
+std::string Joined(const List& list, const Text& text) {
+  std::string all;
+  for (const auto& it : list) {
+    all += (all.empty() ? "" : ", ") + text(it);
+  }
+  return all;
+}
+
+std::string DescribeNodes(const links::LinkConfig& link) {
+  return link.on.empty() ? "" : ", on " + Joined(link.on, [](const std::string& it) { return it; });
+}
+
+std::string DescribeCluster(const ClusterSettings& cluster) {
+  return "cluster " + cluster.name + ": " +
+         (cluster.node.empty() ? "nodes " : "node " + cluster.node + " of ") +
+         Joined(cluster.nodes,
+                [](const ClusterSettings::Node& it) {
+                  return it.name + " (" + ToText(it.address) + ")";
+                }) +
+         "; log in etcd at " + Joined(cluster.engine, [](const std::string& it) { return it; }) +
+         fmt::format("; a leader that is silent for {} ms is replaced", cluster.suspect_ms);
+}
+
 std::string DescribeWeb(const WebSettings& web) {
   if (web.listen.address.empty()) {
     return "none";
@@ -46,7 +71,7 @@ std::vector<std::string> DescribeReach(const Config& config, const char* runtime
   std::vector<std::string> lines;
   for (const links::LinkConfig& link : config.links) {
     lines.push_back("link " + link.name + ": " + DescribeLink(link) +
-                    (link.required ? ", required" : ""));
+                    (link.required ? ", required" : "") + DescribeNodes(link));
   }
   for (const links::TrackerConfig& tracker : config.trackers) {
     lines.push_back("tracker " + tracker.name + ": udp " + ToText(tracker.listen));
@@ -54,6 +79,9 @@ std::vector<std::string> DescribeReach(const Config& config, const char* runtime
   const std::string socket = ControlSocket(config.control, runtime_directory);
   lines.push_back("control: " + (socket.empty() ? "none" : AbsolutePath(socket)));
   lines.push_back("web: " + DescribeWeb(config.web));
+  if (config.cluster) {
+    lines.push_back(DescribeCluster(*config.cluster));
+  }
   return lines;
 }
 

@@ -111,9 +111,18 @@ std::string WhyNotKept(const std::string& path, const char* runtime_directory) {
                    "in the service's state directory";
 }
 
+std::string WhyNoJournal(const Config& config, const std::string& folder) {
+  return config.cluster && folder.empty()
+             ? "a cluster needs a journal, expected [journal] with a folder"
+             : "";
+}
+
 FolderReport LookAtFolders(const Config& config, const char* state_directory) {
   FolderReport report;
   const std::string journal = JournalFolder(config.journal, state_directory);
+  if (const std::string why = WhyNoJournal(config, journal); !why.empty()) {
+    report.warnings.push_back("journal.folder: " + why + ", or systemd's state directory");
+  }
   if (journal.empty()) {
     report.lines.emplace_back(config.journal.durability == JournalConfig::Durability::kNone
                                   ? "journal: none"

@@ -30,6 +30,9 @@ std::string KeptPath(const std::string& path, const char* state_directory);
 /// As configured, else `journal` in the state directory; empty: the state is not kept.
 std::string JournalFolder(const JournalConfig& config, const char* state_directory);
 
+/// Why a configuration cannot be used without a journal; empty: it can, or `folder` is its.
+std::string WhyNoJournal(const Config& config, const std::string& folder);
+
 /// Where recordings go.
 std::string CaptureFolder(const CaptureSettings& config, const char* state_directory);
 

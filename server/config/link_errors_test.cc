@@ -88,7 +88,7 @@ INSTANTIATE_TEST_SUITE_P(
              "34:13: link[2].silence_s: found -1, expected a whole number from 0 to 1000000"},
         Case{29, "path = \"a.pty\"\nptt = \"rts\"",
              "30:1: link[1].ptt: unknown key, expected one of name, kind, required, clients, "
-             "path, baud, medium_access, slot_ms, response_window_ms, turnaround_ms, "
+             "on, path, baud, medium_access, slot_ms, response_window_ms, turnaround_ms, "
              "adapter_latency_ms, server_delay_ms, gap_timeout_ms"},
         Case{29, "path = \"a.pty\"\nclients = 7",
              "30:11: link[1].clients: found 7, expected client IDs from 1 to 254 and ranges of "

@@ -1,17 +1,11 @@
 // [control] and [web]: how pheromonectl, browsers and Prometheus reach the server.
-#include <pwd.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
-#include "server/base/file.h"
 #include "server/config/sections.h"
 
 namespace pheromone::config {
@@ -27,46 +21,6 @@ constexpr size_t kMaxNames = 64;
 constexpr int64_t kMaxViewers = 48;  // of 64 connections, so that requests have some
 constexpr size_t kMaxName = 253;     // of a host, by RFC 1035
 
-// The token in a file, without surrounding line ends and blanks.
-std::string Trimmed(const std::string& text) {
-  constexpr const char* kBlanks = " \t\r\n";
-  const size_t begin = text.find_first_not_of(kBlanks);
-  return begin == std::string::npos
-             ? ""
-             : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
-
-// The owner of the file is often not the user of the server.
-std::string WhoMustReadIt(const std::string& path) {
-  if (access(path.c_str(), R_OK) == 0 || errno != EACCES) {
-    return "";
-  }
-  const passwd* user = getpwuid(geteuid());
-  return " for the user " +
-         (user != nullptr ? std::string(user->pw_name) : std::to_string(geteuid())) +
-         ", as which the server runs; give the file to that user's group (chgrp) with mode 0640";
-}
-
-struct NamedFile {
-  std::string path;
-  std::string text;
-};
-
-// The file that a key names.
-std::optional<NamedFile> ReadNamedFile(const TableReader& table, const char* key, size_t max_bytes,
-                                       const Notes& notes) {
-  const auto path = ReadFileName(table, key, {}, notes);
-  if (!path) {
-    return std::nullopt;
-  }
-  Result<std::string> text = ReadFile(path->string(), max_bytes);
-  if (!text.ok()) {
-    table.Report(key, text.error() + WhoMustReadIt(path->string()));
-    return std::nullopt;
-  }
-  return NamedFile{path->string(), std::move(text).value()};
-}
-
 void Warn(const TableReader& table, const char* key, const std::string& text, Notes* notes) {
   notes->warnings.push_back(
       {FormatProblem(notes->file, table.Find(key)->at, table.KeyOf(key), text), true});
@@ -75,9 +29,8 @@ void Warn(const TableReader& table, const char* key, const std::string& text, No
 // Of a file with a secret.
 void WarnIfAllUsersCanReadIt(const TableReader& table, const char* key, const std::string& path,
                              Notes* notes) {
-  struct stat status {};
-  if (stat(path.c_str(), &status) == 0 && (status.st_mode & (S_IRWXO)) != 0) {
-    Warn(table, key, path + " is readable by all users, expected mode 0640 or stricter", notes);
+  if (const std::string why = WhyNotSecret(path); !why.empty()) {
+    Warn(table, key, why, notes);
   }
 }
 

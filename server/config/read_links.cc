@@ -70,6 +70,7 @@ constexpr std::pair<std::string_view, uint8_t> kKeys[] = {
     {"kind", kAll},
     {"required", kAll},
     {"clients", kAll},
+    {"on", kPorts},
     {"path", kPty},
     {"port", kSerial},
     {"usb", kSerial},
@@ -134,7 +135,7 @@ std::string_view Clash(const LinkConfig& a, const LinkConfig& b) {
   if (a.name == b.name) {
     return "name";
   }
-  return a.usb && a.usb == b.usb ? "usb" : "";
+  return a.usb && a.usb == b.usb && !AreApart(a.on, b.on) ? "usb" : "";
 }
 
 // "10-20", both included; empty if it is not such a range of IDs.
@@ -186,6 +187,40 @@ bool ReadClients(const TableReader& table, LinkConfig* link) {
   return good;
 }
 
+// The nodes of the cluster that have the port.
+bool ReadOn(const TableReader& table, const std::optional<ClusterSettings>& cluster,
+            LinkConfig* link) {
+  const Value* list = table.Find("on");
+  if (list == nullptr) {
+    return true;
+  }
+  if (!cluster) {
+    table.Expected("on", *list, "no such key without [cluster]");
+    return false;
+  }
+  std::string names;
+  for (const ClusterSettings::Node& node : cluster->nodes) {
+    names += (names.empty() ? "\"" : ", \"") + node.name + '"';
+  }
+  const std::string expected = "different nodes of [cluster], such as [" + names + "]";
+  if (list->kind != Value::Kind::kArray || list->items.empty()) {
+    table.Expected("on", *list, expected);
+    return false;
+  }
+  for (const Value& item : list->items) {
+    const bool is_node =
+        std::any_of(cluster->nodes.begin(), cluster->nodes.end(),
+                    [&](const ClusterSettings::Node& node) { return node.name == item.text; });
+    if (item.kind != Value::Kind::kString || !is_node ||
+        std::find(link->on.begin(), link->on.end(), item.text) != link->on.end()) {
+      table.Expected("on", item, expected);
+      return false;
+    }
+    link->on.push_back(item.text);
+  }
+  return true;
+}
+
 void ReadLink(const TableReader& table, Config* config) {
   const auto kind = table.OneOf("kind", kKinds);
   const auto name = ReadName(table);
@@ -198,8 +233,9 @@ void ReadLink(const TableReader& table, Config* config) {
   const bool has_address = ReadAddress(table, &link);
   const bool has_medium = ReadMedium(table, &link);
   const bool has_clients = ReadClients(table, &link);
+  const bool has_nodes = ReadOn(table, config->cluster, &link);
   const auto required = table.Boolean("required", false);
-  if (!name || !has_address || !has_medium || !has_clients || !required) {
+  if (!name || !has_address || !has_medium || !has_clients || !has_nodes || !required) {
     return;
   }
   link.name = *name;
@@ -217,6 +253,11 @@ void ReadLink(const TableReader& table, Config* config) {
 }
 
 }  // namespace
+
+bool AreApart(const std::vector<std::string>& on, const std::vector<std::string>& other) {
+  return !on.empty() && !other.empty() &&
+         std::find_first_of(on.begin(), on.end(), other.begin(), other.end()) == on.end();
+}
 
 std::string PortPath(const std::string& port) {
   return (port.find('/') == std::string::npos ? "/dev/serial/by-id/" : "") + port;

@@ -48,7 +48,14 @@ void ReadPaths(const Value& root, const std::optional<maps::Wgs84>& datum, Notes
 /// [[print]]
 void ReadPrints(const Value& root, Notes* notes, field::FieldConfig* field);
 
-/// [[link]]
+/// [cluster], with the secret that its file holds. Nothing is left in `cluster` without it.
+void ReadCluster(const Value& root, const std::optional<Machine>& machine, Notes* notes,
+                 std::optional<ClusterSettings>* cluster);
+
+/// That a cluster has a journal, once both are read.
+void CheckJournalOfCluster(const Value& root, Notes* notes, const Config& config);
+
+/// [[link]], after the cluster
 void ReadLinks(const Value& root, Notes* notes, Config* config);
 
 /// Of a link whose kind and baud are known: who may send when. False if a problem was noted.
@@ -70,8 +77,10 @@ void ReadWeb(const Value& root, Notes* notes, WebSettings* web);
 void ReadJournal(const Value& root, Notes* notes, JournalConfig* journal);
 
 /// That nothing is configured for two of them that only one can have: a port, a path. `control` is
-/// what ReadControl read. What is in the way of what is made is a warning.
-void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& control);
+/// what ReadControl read, `node` the cluster's node that this machine is. What is in the way of
+/// what is made is a warning.
+void CheckConflicts(const Value& root, Notes* notes, const ControlSettings& control,
+                    const std::string& node);
 
 /// [[tag]] and [tags]; after the map, the links and [map]'s pose unit.
 void ReadTags(const Value& root, Notes* notes, engine::EngineConfig* engine);
@@ -100,11 +109,17 @@ std::string ListOf(const std::vector<field::PheromoneLaw>& laws);
 const field::PheromoneLaw* ReadPheromoneOf(const TableReader& table,
                                            const field::FieldConfig& field);
 
+/// Whether no node of a cluster has both of two links, by LinkConfig::on.
+bool AreApart(const std::vector<std::string>& on, const std::vector<std::string>& other);
+
 /// The path of a serial port that is configured by it, or by its name in /dev/serial/by-id.
 std::string PortPath(const std::string& port);
 
 /// `name` is at most 32 letters, digits, hyphens, underscores and dots.
 std::optional<std::string> ReadName(const TableReader& table);
+constexpr std::string_view kNameExpected =
+    "at most 32 letters, digits, hyphens, underscores and dots";
+bool IsName(std::string_view text);
 
 /// A numeric address and a port: "127.0.0.1:4950", "[::1]:4950".
 std::optional<Endpoint> ReadEndpoint(const TableReader& table, std::string_view key);
@@ -114,6 +129,20 @@ std::optional<Endpoint> ReadEndpoint(const TableReader& table, std::string_view 
 std::optional<std::filesystem::path> ReadFileName(const TableReader& table, std::string_view key,
                                                   std::span<const std::string_view> extensions,
                                                   const Notes& notes);
+
+/// A file that a key names, with its whole text.
+struct NamedFile {
+  std::string path;
+  std::string text;
+};
+std::optional<NamedFile> ReadNamedFile(const TableReader& table, std::string_view key,
+                                       size_t max_bytes, const Notes& notes);
+
+/// Without surrounding line ends and blanks.
+std::string Trimmed(const std::string& text);
+
+/// What is to be said of a file with a secret that all users can read; empty: they cannot.
+std::string WhyNotSecret(const std::string& path);
 
 /// The extension of a file name in lower case.
 std::string ExtensionOf(const std::filesystem::path& path);

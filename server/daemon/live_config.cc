@@ -36,6 +36,9 @@ std::vector<std::string> RestartRequired(const config::Config& present,
   if (next.journal != present.journal || next.capture != present.capture) {
     notes.emplace_back("changed [journal] or [capture] settings require a restart");
   }
+  if (next.cluster != present.cluster) {
+    notes.emplace_back("changed [cluster] settings require a restart");
+  }
   config::WebSettings web = next.web;
   if (web.tls && present.web.tls) {
     web.tls = present.web.tls;  // another certificate does not

@@ -43,13 +43,19 @@ struct Options {
   std::string load_field;   // absolute; empty: only the configured paths and rasters
   std::string save_field;   // absolute; empty: the field is not saved
   std::string web_root;     // empty: the dashboard built in
+  std::string node;         // of the cluster; empty: as configured
   bool check = false;
   bool print_default = false;
 };
 
 Result<config::Config> Load(const Options& options) {
-  Result<config::Config> config =
-      config::LoadConfigOrDefault(options.config_path, std::filesystem::path());
+  std::array<char, 256> host{};
+  (void)gethostname(host.data(), host.size() - 1);
+  Result<config::Config> config = config::LoadConfigOrDefault(
+      options.config_path, std::filesystem::path(), config::Machine{host.data(), options.node});
+  if (config.ok() && !config.value().cluster && !options.node.empty()) {
+    return Error{"--node is given, expected a configuration with [cluster]"};
+  }
   if (config.ok()) {
     config.value().web.root = options.web_root;
   }
@@ -91,13 +97,9 @@ Result<config::Config> LoadAgain(const Options& options,
 // Refuses a journal folder that cannot be used.
 Status CheckJournalFolder(const config::Config& config, const char* state_directory) {
   const std::string journal = config::JournalFolder(config.journal, state_directory);
-  if (!journal.empty()) {
-    const std::string why = config::WhyUnusable(journal, state_directory);
-    if (!why.empty()) {
-      return Error{"journal: " + why};
-    }
-  }
-  return Ok();
+  const std::string why = journal.empty() ? config::WhyNoJournal(config, journal)
+                                          : config::WhyUnusable(journal, state_directory);
+  return why.empty() ? Ok() : Status(Error{"journal: " + why});
 }
 
 void WarnOfWhatIsNotKept(const config::Config& config, const std::string& save_field,
@@ -221,6 +223,10 @@ int Main(int argc, char** argv) {
                  "Serve the dashboard from this folder, while it is edited")
       ->check(CLI::ExistingDirectory)
       ->type_name("DIR");
+  app.add_option("--node", options.node,
+                 "Which node of its cluster this is (default: as configured, or the host's name)")
+      ->check(not_empty)
+      ->type_name("NAME");
   app.add_flag("--check", options.check, "Check the configuration, print its meaning, and exit");
   app.add_flag("--default-config", options.print_default,
                "Print the default configuration and exit");

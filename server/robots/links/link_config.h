@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/net/endpoint.h"
 #include "server/robots/links/admission.h"
@@ -46,7 +47,8 @@ constexpr unsigned kMostMediumMs = 200;
 struct LinkConfig {
   std::string name{};
   LinkKind kind = LinkKind::kPty;
-  bool required = false;  ///< the server does not start if the link does not come up
+  std::vector<std::string> on{};  ///< the cluster's nodes that have it; empty: all of them
+  bool required = false;          ///< the server does not start if the link does not come up
   AdmissionOptions admission{};
 
   std::string
