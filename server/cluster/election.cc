@@ -8,11 +8,14 @@ namespace {
 
 // A leader that hands over and is not relieved for so many suspect_ms admits events again.
 constexpr uint64_t kRelief = 3;
+// A leader without an answer from the log for so many suspect_ms says that it does not lead. The
+// engine's own election takes less.
+constexpr uint64_t kPatience = 10;
 
 }  // namespace
 
 Election::Election(ReplicaSettings settings, uint64_t now_ms)
-    : settings_(std::move(settings)), sign_ms_(now_ms), beat_ms_(now_ms) {}
+    : settings_(std::move(settings)), awake_ms_(now_ms), sign_ms_(now_ms), beat_ms_(now_ms) {}
 
 void Election::OnHeartbeat(const std::string& from, const Heartbeat& heartbeat, uint64_t now_ms) {
   if (from == settings_.node ||
@@ -84,6 +87,10 @@ void Election::StepDown(const std::string& successor) {
 }
 
 std::optional<Term> Election::Ask(uint64_t now_ms) {
+  if (now_ms > awake_ms_ + settings_.suspect_ms / 2) {
+    sign_ms_ = std::max(sign_ms_, now_ms);
+  }
+  awake_ms_ = now_ms;
   if (now_ms < TakeoverMs()) {
     return std::nullopt;
   }
@@ -93,7 +100,8 @@ std::optional<Term> Election::Ask(uint64_t now_ms) {
   return leader_.term;
 }
 
-std::optional<Heartbeat> Election::Beat(bool is_drained, Sequence next, uint64_t now_ms) {
+std::optional<Heartbeat> Election::Beat(bool is_drained, uint64_t waits_since_ms, Sequence next,
+                                        uint64_t now_ms) {
   if (settings_.nodes.size() < 2) {
     return std::nullopt;
   }
@@ -108,7 +116,10 @@ std::optional<Heartbeat> Election::Beat(bool is_drained, Sequence next, uint64_t
       vacated_ms_ = now_ms;
     }
   }
-  const bool leads = (role_ == Role::kCatchesUp || role_ == Role::kLeads) && !vacated_ms_;
+  const bool is_stuck =
+      waits_since_ms != kNever && now_ms >= waits_since_ms + kPatience * settings_.suspect_ms;
+  const bool leads =
+      (role_ == Role::kCatchesUp || role_ == Role::kLeads) && !vacated_ms_ && !is_stuck;
   if (now_ms < beat_ms_ && leads == has_told_lead_) {
     return std::nullopt;
   }

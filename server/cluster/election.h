@@ -9,7 +9,8 @@
 // The leader is suspected when its heartbeats are silent and the log shows no progress, neither
 // groups nor a new leader, for suspect_ms. Whoever comes later in the order of nodes waits longer
 // by heartbeat_ms for each healthy peer that comes before. None of this is needed for safety: the
-// log grants each term to one node, and a suspicion too early costs only time.
+// log grants each term to one node, and a suspicion too early costs only time. A daemon that did
+// not run for a while itself, half of suspect_ms, has not read what it was sent, and begins anew.
 //
 // Own terms. The log names the leader's node. That is this process only if the term is the first
 // that it sees after having asked for the lead: any other was granted to an earlier process of the
@@ -20,7 +21,8 @@
 // Handing over: a leader that is asked to, or whose journal is not healthy while a peer's is,
 // admits no more changes; when nothing is uncommitted any more its heartbeats say that it does not
 // lead. The others then take over without suspicion. Until one has, it leads on in the log, and
-// admits again if nobody takes over.
+// admits again if nobody takes over. One that gets no answer from the log for long says the same: a
+// peer may reach it.
 //
 // No I/O, no clock. Not thread-safe.
 #pragma once
@@ -76,10 +78,12 @@ class Election {
   /// Hands over, to `successor` or, if empty, to anybody. Has no effect unless it leads.
   void StepDown(const std::string& successor);
 
-  /// TakeLead has to be called now, with this term as seen.
+  /// TakeLead has to be called now, with this term as seen. Is asked at least at each Deadline.
   std::optional<Term> Ask(uint64_t now_ms);
-  /// What has to be sent to all peers now. `is_drained`: nothing is uncommitted.
-  std::optional<Heartbeat> Beat(bool is_drained, Sequence next, uint64_t now_ms);
+  /// What has to be sent to all peers now. `is_drained`: nothing is uncommitted. `waits_since_ms`:
+  /// since when a group is on its way into the log; kNever: there is none.
+  std::optional<Heartbeat> Beat(bool is_drained, uint64_t waits_since_ms, Sequence next,
+                                uint64_t now_ms);
   /// When Ask or Beat has something new if nothing is heard until then; kNever.
   uint64_t Deadline() const;
 
@@ -113,6 +117,7 @@ class Election {
   bool is_asking_ = false;  // a TakeLead is not answered
   uint64_t ask_again_ms_ = 0;
 
+  uint64_t awake_ms_;       // when it was last asked
   uint64_t sign_ms_;        // the leader's last sign of life, or since when there should be one
   bool is_vacant_ = false;  // the leader says that it does not lead
   std::string successor_;   // its, if so

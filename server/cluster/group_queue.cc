@@ -31,6 +31,7 @@ const Group* GroupQueue::Due(uint64_t now_ms) {
     }
     next_ += group.count;
     in_flight_ = std::move(group);
+    begun_ms_ = now_ms;
     due_ms_ = now_ms + group_ms_;
   }
   is_appended_ = true;

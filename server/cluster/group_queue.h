@@ -44,6 +44,8 @@ class GroupQueue {
   Group Commit();
 
   const std::optional<Group>& in_flight() const { return in_flight_; }
+  /// Since when; kNever: none is.
+  uint64_t in_flight_since_ms() const { return in_flight_ ? begun_ms_ : kNever; }
   /// No event is uncommitted.
   bool empty() const { return !in_flight_ && records_.empty(); }
   /// When a group is due: 0 if at once, kNever.
@@ -60,7 +62,8 @@ class GroupQueue {
   std::deque<std::string> records_;  // not in a group yet
   std::optional<Group> in_flight_;
   bool is_appended_ = false;  // the group in flight was handed out and need not be again, as yet
-  uint64_t due_ms_ = 0;       // not before
+  uint64_t begun_ms_ = 0;
+  uint64_t due_ms_ = 0;  // not before
 };
 
 }  // namespace pheromone::cluster

@@ -131,7 +131,7 @@ Replica::Actions Replica::Next(uint64_t now_ms) {
       appending_ = group->first;
     }
   }
-  actions.heartbeat = election_.Beat(queue_.empty(), next_, now_ms);
+  actions.heartbeat = election_.Beat(queue_.empty(), queue_.in_flight_since_ms(), next_, now_ms);
   return actions;
 }
 
