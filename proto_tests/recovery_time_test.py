@@ -174,7 +174,8 @@ class WorstOperators:
             operators = [pool.submit(operate, random.Random(f"{seed}.{i}")) for i in range(3)]
         for operator in operators:
             operator.result()
-        daemon.process.send_signal(signal.SIGHUP)  # two may have written the file at once
+        # Two may have written the file at once, and a signal is not answered.
+        await_that(lambda: daemon.call("POST", "/api/v1/reload", {})[0] == 200, "the file is read")
         # What was not waited for goes on for a while; the last change of all is this one.
         await_that(lambda: daemon.call("POST", "/api/v1/paint", {
             "pheromone": "paint", "points_m": [[0, 0]], "radius_m": 0.1})[0] == 200, "an edit is made")
