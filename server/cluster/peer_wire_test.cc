@@ -61,12 +61,13 @@ std::string ErrorOfFrame(const std::string& frame) {
 
 TEST(PeerWire, HasTheBytesOfTheDescription) {
   EXPECT_EQ(Encoded(Beat{.term = 0x0A0B, .leads = true, .is_healthy = false, .next = 1, .role = 2}),
-            "\x14\0\0\0"s
+            "\x18\0\0\0"s
             "\x01"
             "\x0B\x0A\0\0\0\0\0\0"s
             "\x01"
             "\0"s
             "\x01\0\0\0\0\0\0\0"s
+            "\0\0\0\0"s
             "\x02");
   EXPECT_EQ(Encoded(GreetingOf("a")),
             "\x2C\0\0\0"s
