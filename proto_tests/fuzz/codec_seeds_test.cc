@@ -18,6 +18,7 @@
 
 #include "server/base/bytes.h"
 #include "server/base/testing/temporary_folder.h"
+#include "server/cluster/peer_wire.h"
 #include "server/core/engine/config_codec.h"
 #include "server/core/engine/engine.h"
 #include "server/core/engine/event_codec.h"
@@ -140,6 +141,21 @@ TEST_F(CodecSeeds, AreStatesOfCaptures) {
     }
   }
   EXPECT_GE(captures, 1u);
+}
+
+// Streams of the form that peer_wire_fuzzer.cc describes.
+TEST_F(CodecSeeds, AreMessagesOfPeers) {
+  std::set<size_t> types;
+  for (const auto& [name, seed] : SeedsIn(*folder_ / "peer_wire")) {
+    cluster::PeerFrames frames;
+    frames.Add(std::string_view(seed).substr(1));
+    auto next = frames.Next();
+    for (; next.ok() && next.value(); next = frames.Next()) {
+      types.insert(next.value()->index());
+    }
+    EXPECT_EQ(next.ok(), !name.starts_with("bad_")) << name << ": " << next.ErrorOr("");
+  }
+  EXPECT_EQ(types.size(), std::variant_size_v<cluster::PeerMessage>);
 }
 
 // Records of the form that journal_fuzzer.cc describes.

@@ -4,7 +4,8 @@ small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
                                DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/,
-                               DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/, DIR/session/
+                               DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/, DIR/session/,
+                               DIR/peer_wire/
 """
 
 import json
@@ -15,6 +16,7 @@ import urllib.parse
 import zlib
 
 import engine_seeds
+import peer_seeds
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -263,7 +265,7 @@ def connections():
 
 def main(folder):
     for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
-                   "capture", "radio", "pnml", "stream", "http", "session"):
+                   "capture", "radio", "pnml", "stream", "http", "session", "peer_wire"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
@@ -290,6 +292,9 @@ def main(folder):
     (folder / "message" / "longer_than_any").write_bytes(bytes([7, 0x71]) + bytes(65))
     default = (ROOT / "server/config/default.toml").read_bytes()
     (folder / "config" / "default").write_bytes(default)
+    cluster = default[default.index(b"# [cluster]"):default.index(b"# And in a serial [[link]]")]
+    (folder / "config" / "cluster").write_bytes(
+        default + b"".join(line.removeprefix(b"# ") for line in cluster.splitlines(True)))
     plain = [line.split(b"#")[0].strip() for line in default.splitlines()]
     (folder / "config" / "plain").write_bytes(b"\n".join(line for line in plain if line))
     for name, parser, file in rasters():
@@ -308,6 +313,8 @@ def main(folder):
         (folder / "http" / name).write_bytes(seed)
     for name, seed in connections():
         (folder / "session" / name).write_bytes(seed)
+    for name, seed in peer_seeds.seeds():
+        (folder / "peer_wire" / name).write_bytes(seed)
     for name, seed in nets():
         (folder / "pnml" / name).write_bytes(seed)
     for path in (ROOT / "proto_tests/replay").glob("*.pcapng"):

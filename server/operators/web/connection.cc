@@ -19,9 +19,6 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/basic_stream.hpp>
-// Asio is compiled apart (BOOST_ASIO_SEPARATE_COMPILATION), but not this part, so that other
-// programs do not need OpenSSL.
-#include <boost/asio/ssl/impl/src.hpp>
 
 namespace pheromone::web {
 namespace {
