@@ -9,33 +9,33 @@
 //
 // election.h decides about roles, group_queue.h about groups; this connects them.
 //
-// How the log is followed. Groups come from pages only, in order and each once, and everything up
-// to `next` was applied here. A page shows the log at one moment, and with the pages before it all
-// of the log at that moment (replicated_log.h). From this follows:
+// Why it is safe. Everything before `next` is committed and applied here. A page shows the log at
+// one moment, and together with the pages before it all of the log at that moment
+// (replicated_log.h). From this follows:
 //
-// 1. What is handed out as committed is the log, from the beginning without a gap: a group is
-//    handed out only at its place, after all before it.
-// 2. Where the log ends for a new leader of term T. TakeLead made T the leader's term at some
-//    moment; from then on no group of another term can be added, and none of T is as long as this
-//    daemon appends none, since T was granted to this process and to no other (election.h). A page
-//    whose leader has term T is of that moment or a later one. So with it all of the log that is
-//    not the leader's own is known. Only when Next has handed out those groups, and so they are
-//    applied, is the role kLeads, and only then are events admitted.
-// 3. A leader's own events are applied before they are committed; it has none when it begins.
-//    Groups leave one at a time, each at the place right after the last committed one, and the
-//    same one again until the log answers for it: kCommitted, or a page shows it. If instead the
-//    log fences it or shows another group at its place, or a page has a higher term and the log up
-//    to there has not all that was submitted, these events never happened, and what was applied
-//    is not the log any more: kDeposed. The process ends; it begins again from its journal, which
-//    has committed events only. A leader without uncommitted events just follows again.
-// 4. Of one term, only one process writes: see 2. So the terms of groups never decrease along the
-//    log, and what a leader has committed is in the state of each later one.
+// 1. What is handed out as committed is the log from the beginning, without a gap: a group is
+//    handed out at its place only, after all before it, and once.
+// 2. A new leader knows where the log ends. When TakeLead made T the leader's term, groups of other
+//    terms could not be added any more, and none is added of term T before this process appends
+//    one: T was granted to it and to no other (election.h). A page whose leader has term T is of
+//    that moment or a later one, so with it all groups of the terms before are known. When Next has
+//    handed out the last of them the role is kLeads, and only then are events admitted.
+// 3. A leader's events are applied before they are committed; it has none when it begins. They
+//    leave in groups, one at a time, each right after the last committed event, and the same group
+//    again until the log answers for it: kCommitted, or a page shows it. If instead the log fences
+//    it, or a page shows another group at its place, or a higher term and not all that was
+//    submitted, then the rest never happened, and the state here is not the log's any more:
+//    kDeposed. The process ends, and begins again from its journal, which has committed events
+//    only. A leader without uncommitted events just follows again.
+// 4. So one process writes in each term, the terms of groups never fall along the log, and what a
+//    leader has committed is in the state of each later one.
 //
-// The comparison of the empty place is needed where 2 fails: two daemons that were given one name,
-// or an engine that answers the first Follow after a restart from the past, so that a process takes
-// a term that was granted to the one before it. Then one of both finds its place taken, and ends.
+// For this, the comparison of the term is enough. That of the empty place is for when 2 fails: two
+// daemons were given one name, or the engine answered the first Follow after a restart from the
+// past, so that a process takes the term of the one before for its own. Then one of them finds its
+// place taken and ends, and no acknowledged event is lost.
 //
-// client_fw/verify/replica_world.h searches all interleavings for violations.
+// client_fw/verify/replica_world.h searches all interleavings for what contradicts this.
 //
 // No I/O, no clock. Not thread-safe. A value.
 #pragma once
