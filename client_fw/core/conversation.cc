@@ -127,7 +127,10 @@ void Conversation::Retry() {
     medium_.OnOutcome(MediumAccess::kAbandoned);
     Rest();
   } else {
-    if (RequestPending() && (attempt_ != 0 || query_ != Query::kNone)) {
+    // Air loses answers, so there the change is repeated once before it counts as waiting; a
+    // buffered link does not.
+    if (RequestPending() &&
+        (attempt_ != 0 || query_ != Query::kNone || (kHasAdapters && resync_))) {
       query_ = Query::kDue;
     }
     ++attempt_;

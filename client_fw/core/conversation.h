@@ -12,10 +12,11 @@
 // (SENSE, or TRACE to deposit a trail). An unanswered request is repeated after a random number of
 // slots, five times, then the next period begins. A TRACE is repeated byte for byte under its seq
 // until it is answered, so that the server executes it once; while it waits, every second request
-// is a SENSE, by which the robot drives on. So is an EVENT repeated, which is sent after
-// the intensities of a period have arrived. On a buffered link an answer may arrive after its
-// request was abandoned; there a PING is sent after every timeout, and everything before its echo
-// is discarded. Access to the channel is described in protocol/README.md, section 9.
+// is a SENSE, by which the robot drives on: on a buffered link from the first missing answer on. So
+// is an EVENT repeated, which is sent after the intensities of a period have arrived. On a buffered
+// link an answer may arrive after its request was abandoned; there a PING is sent after every
+// timeout, and everything before its echo is discarded. Access to the channel is described in
+// protocol/README.md, section 9.
 //
 // After a silence of fail_safe_ms, in which the robot stops, HELLO is sent again, on slow modems
 // after 64 slots. A robot that has lost its pose asks for nothing.
@@ -81,6 +82,11 @@ class Conversation : private ConversationState {
   /// Sends the request of TAG in `exchange` until it is answered, refused or dropped, one at a
   /// time, between the requests for intensities. `exchange` is to outlive that.
   void Ask(TagExchange* exchange);
+  /// Sends HELLO, under the same nonce: the server may be another one.
+  void GreetAgain() {
+    SayHello();
+    Contend();
+  }
   /// There are more robots than the channel can serve in a period, so periods are longer: perhaps
   /// longer than fail_safe_ms, which then stops the robot for a part of each.
   bool congested() const;

@@ -58,7 +58,8 @@ class ConversationState {
   /// when it has been settled.
   enum class Query : uint8_t {
     kNone,  ///< none since the change was made
-    kDue,   ///< the server is busy with the change, or has been silent twice
+    kDue,   ///< the server is busy with the change, or has been silent twice, or on a buffered link
+            ///< once
     kMade,  ///< and the query has been sent: the change's own intensities are old from now on
   };
 

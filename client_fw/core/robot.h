@@ -100,6 +100,9 @@ class Robot {
     }
   }
 
+  /// Conversation::GreetAgain.
+  void GreetAgain() { conversation_.GreetAgain(); }
+
   const Conversation& conversation() const { return conversation_; }
   const Task& task() const { return task_; }
   /// The last speeds given to the drive.

@@ -130,7 +130,8 @@ TEST(ResyncTest, SilenceMeansHelloFirstAndThenThePing) {
   EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
-TEST(ResyncTest, TraceIsRepeatedAfterTheEcho) {
+// Such a link loses nothing: the server's log is slow, or another server has to take over.
+TEST(ResyncTest, AfterTheEchoTheRobotSensesAndThenRepeatsItsTrace) {
   Parameters parameters = BufferedParameters();
   parameters.lay_trail = true;
   Harness harness(parameters);
@@ -142,9 +143,39 @@ TEST(ResyncTest, TraceIsRepeatedAfterTheEcho) {
   harness.Feed(late);
   harness.AnswerPing();
   ASSERT_TRUE(harness.RunUntilSent());
-  EXPECT_EQ(first, harness.wire);  // the server repeats its stored answer
+  harness.SentSense();
   harness.Answer(0, 0);
   EXPECT_EQ(kStraight, harness.conversation.state().wheels);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(first, harness.wire);  // the server repeats its stored answer
+  harness.Answer(0, 0);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.SentSense();  // since the change's intensities were old
+}
+
+TEST(ResyncTest, GreetingAgainGoesOnWithTheSameNumbers) {
+  Parameters parameters = BufferedParameters();
+  parameters.lay_trail = true;
+  Harness harness(parameters);
+  harness.Greet();
+  ASSERT_TRUE(harness.RunUntilSent());
+  const std::vector<uint8_t> first = harness.wire;
+  harness.conversation.GreetAgain();
+  ASSERT_TRUE(harness.RunUntilSent());
+  protocol::HelloRequest hello;
+  ASSERT_TRUE(Decode(harness.sent, &hello));
+  EXPECT_EQ(0x1234, hello.nonce);
+  harness.hello.last_seq = first[4];
+  harness.AnswerHello();
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(first, harness.wire);  // the epoch is the same, and it is unanswered
+  harness.conversation.GreetAgain();
+  ASSERT_TRUE(harness.RunUntilSent());
+  ++harness.hello.epoch;
+  harness.AnswerHello();
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_NE(first, harness.wire);
+  EXPECT_EQ(first[4] + 1, harness.SentTrace().seq);
 }
 
 TEST(ResyncTest, UnbufferedLinkDoesNotPing) {
