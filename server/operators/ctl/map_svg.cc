@@ -8,9 +8,9 @@
 #include <string_view>
 #include <utility>
 
+#include "server/base/base64.h"
 #include "server/base/format.h"
 #include "server/base/xml_text.h"
-#include "server/formats/foxglove/base64.h"
 #include "server/formats/maps/png_picture.h"
 
 namespace pheromone::ctl {
@@ -72,7 +72,7 @@ class Figure {
     Add("<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" "
         "preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" "
         "href=\"data:image/png;base64,{}\"/>",
-        kLeft, kTop, width_, height_, foxglove::ToBase64(png));
+        kLeft, kTop, width_, height_, ToBase64(png));
     Box(kLeft, kTop, width_, height_, "none");
     AddAxes();
     AddScale();

@@ -9,7 +9,7 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 
-#include "server/formats/foxglove/base64.h"
+#include "server/base/base64.h"
 #include "server/formats/foxglove/messages.h"
 #include "server/formats/foxglove/schema.h"
 #include "server/operators/control/json_text.h"
@@ -280,7 +280,7 @@ void Hub::AddChannel(Kind kind, const std::string& topic, uint8_t type,
   if (!schema_name.empty()) {
     channel.encoding = "protobuf";
     channel.schema_name = schema_name;
-    channel.schema = foxglove::ToBase64(foxglove::SchemaOf(schema_name));
+    channel.schema = ToBase64(foxglove::SchemaOf(schema_name));
     channel.schema_encoding = "protobuf";
   } else {
     channel.encoding = "json";
