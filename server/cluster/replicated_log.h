@@ -49,10 +49,14 @@ struct Group {
 /// reads in portions names that leader with the last portion, and before it none (term 0) or the
 /// one before.
 struct Page {
-  std::string id;             ///< of the cluster; made with the first leader
-  Leader leader;              ///< at the moment of this page
-  Sequence floor = 1;         ///< what is before was trimmed, and is not told
+  std::string id;      ///< of the cluster; made with the first leader
+  Leader leader;       ///< at the moment of this page
+  Sequence floor = 1;  ///< what is before was trimmed, and is not told
+  /// One after the last event of the log, or of what was read of it so far. If it is below the
+  /// sequence that is followed from, the log has lost events: it was restored from a backup.
+  Sequence next = 1;
   std::vector<Group> groups;  ///< in order, without a gap; may be empty
+  bool operator==(const Page&) const = default;
 };
 
 enum class Appended : uint8_t {
@@ -69,7 +73,8 @@ class ReplicatedLog {
   virtual ~ReplicatedLog() = default;
 
   /// Makes `node` the leader if the term is still `seen`. The result is the leader now, this node
-  /// or another one. Errors: no answer; it may have succeeded.
+  /// or another one; with a term that is not above `seen`, this node's earlier life. Errors: no
+  /// answer; it may have succeeded.
   virtual void TakeLead(Term seen, const std::string& node,
                         std::function<void(const Result<Leader>&)> done) = 0;
   /// Writes a group if `group.term` is still the leader's and its place is empty, or has the same
@@ -79,7 +84,8 @@ class ReplicatedLog {
   /// Calls `news` with the group that contains `from` and all that follow, as they are committed,
   /// and when the leader changes: the first time soon, with what there is. Errors are told, too,
   /// and it goes on by itself, without a gap, when the engine responds again. Until it is called
-  /// again or Stop. If `from` is before the floor, groups begin at the floor.
+  /// again or Stop. If `from` is before the floor, groups begin at the floor; so do they when the
+  /// floor overtakes a follower that is behind. It may be called with nothing new.
   virtual void Follow(Sequence from, std::function<void(const Result<Page>&)> news) = 0;
 
   /// Forgets groups that end before `floor`. Errors: no answer.

@@ -7,8 +7,7 @@
 #include <string>
 #include <utility>
 
-// Boost.JSON compiled into this file: nothing else in the library includes src.hpp.
-#include <boost/json/src.hpp>
+#include <boost/json.hpp>
 
 #include "server/base/format.h"
 #include "server/base/message.h"

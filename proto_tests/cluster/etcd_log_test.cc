@@ -1,0 +1,358 @@
+// The log in etcd, with three real members on this machine: the contract, and what can go wrong
+// between them and their clients.
+#include "server/cluster/etcd_log.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+
+#include "proto_tests/cluster/etcd_members.h"
+#include "proto_tests/cluster/relay.h"
+#include "server/cluster/etcd_client.h"
+#include "server/cluster/etcd_format.h"
+#include "server/cluster/etcd_messages.h"
+#include "server/cluster/testing/log_contract.h"
+
+namespace pheromone::cluster {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::chrono::seconds kMuchTooLong{30};
+
+EtcdMembers& Members() {
+  static EtcdMembers members;
+  return members;
+}
+
+class EtcdHarness : public LogHarness {
+ public:
+  /// Each has a cluster of its own in the same etcd.
+  EtcdHarness() {
+    static int count = 0;
+    settings_.members = Members().endpoints();
+    settings_.cluster = "test" + std::to_string(++count);
+    settings_.new_id = "id of " + settings_.cluster;
+    settings_.silence = milliseconds(300);
+    AwaitMembers();
+  }
+
+  std::unique_ptr<ReplicatedLog> NewClient() override { return NewClient(settings_); }
+  std::unique_ptr<ReplicatedLog> NewClient(const EtcdSettings& settings) {
+    return std::make_unique<EtcdLog>(io_.get_executor(), settings);
+  }
+  bool RunUntil(const std::function<bool()>& done) override {
+    const auto end = std::chrono::steady_clock::now() + kMuchTooLong;
+    while (!done()) {
+      io_.restart();
+      if (io_.run_one_until(end) == 0 && std::chrono::steady_clock::now() >= end) {
+        return false;
+      }
+    }
+    return true;
+  }
+  void RunReady() override {
+    io_.restart();
+    io_.poll();
+  }
+
+  boost::asio::io_context& io() { return io_; }
+  /// For the next clients.
+  EtcdSettings& settings() { return settings_; }
+
+  /// Until each of them knows a leader.
+  void AwaitMembers() {
+    for (const Endpoint& endpoint : Members().endpoints()) {
+      EtcdSettings one = settings_;
+      one.members = {endpoint};
+      const std::unique_ptr<ReplicatedLog> client = NewClient(one);
+      bool is_ready = false;
+      client->Follow(1, [&](const Result<Page>& page) { is_ready = is_ready || page.ok(); });
+      ASSERT_TRUE(RunUntil([&] { return is_ready; })) << ToText(endpoint);
+    }
+  }
+
+ private:
+  boost::asio::io_context io_;
+  EtcdSettings settings_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Etcd, LogContractTest,
+                         testing::Values([] { return std::make_unique<EtcdHarness>(); }));
+
+// Makes the first member of the settings etcd's leader.
+Status Transfer(EtcdHarness* harness, EtcdSettings settings) {
+  settings.has_own_member = true;
+  const std::unique_ptr<ReplicatedLog> log = harness->NewClient(settings);
+  std::optional<Status> transferred;
+  log->Transfer([&](const Status& status) { transferred = status; });
+  EXPECT_TRUE(harness->RunUntil([&] { return transferred.has_value(); }));
+  return transferred.value_or(Error{"no answer"});
+}
+
+bool IsWatch(std::string_view request) {
+  return request.starts_with("POST /v3/watch");
+}
+
+class EtcdLogTest : public testing::Test {
+ protected:
+  EtcdLogTest() : harness_(std::make_unique<EtcdHarness>()) {}
+  ~EtcdLogTest() override {
+    for (size_t member = 0; member < EtcdMembers::kCount; ++member) {
+      Members().Start(member);
+    }
+  }
+
+  EtcdHarness* harness() { return harness_.get(); }
+  EtcdSettings& settings() { return harness_->settings(); }
+  std::unique_ptr<Relay> NewRelay(size_t member = 0) {
+    return std::make_unique<Relay>(&harness_->io(), Members().endpoints()[member]);
+  }
+
+ private:
+  std::unique_ptr<EtcdHarness> harness_;
+};
+
+TEST_F(EtcdLogTest, AfterALostAnswerTheSameGroupIsCommitted) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  WaitingLog other(harness());
+  settings().members = {relay->endpoint()};
+  settings().patience = milliseconds(100);
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").value().term;
+  const Group group = MakeGroup(term, 1, 3);
+  relay->SetDecide([](std::string_view) { return Relay::Fate::kLoseAnswer; });
+  EXPECT_EQ(leader.Append(group), Appended::kUnknown);
+  EXPECT_EQ(other.Append(MakeGroup(term, 1, 2)), Appended::kFenced) << "it was written";
+  relay->SetDecide(nullptr);
+  EXPECT_EQ(leader.AppendSurely(group), Appended::kCommitted);
+}
+
+TEST_F(EtcdLogTest, AfterALostRequestTheGroupIsFencedIfAnotherLeads) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  WaitingLog other(harness());
+  settings().members = {relay->endpoint()};
+  settings().patience = milliseconds(100);
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").value().term;
+  const Group group = MakeGroup(term, 1, 3);
+  relay->SetDecide([](std::string_view) { return Relay::Fate::kSwallow; });
+  EXPECT_EQ(leader.Append(group), Appended::kUnknown);
+  ASSERT_TRUE(other.TakeLead(term, "b").ok());
+  relay->SetDecide(nullptr);
+  EXPECT_EQ(leader.AppendSurely(group), Appended::kFenced);
+}
+
+TEST_F(EtcdLogTest, ALostAnswerIsAskedForAtTheNextMember) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  std::vector<std::string> told;
+  settings().members = {relay->endpoint(), Members().endpoints()[1]};
+  settings().patience = milliseconds(300);
+  settings().on_member = [&](const Endpoint& endpoint, const Status& status) {
+    told.push_back(ToText(endpoint) + " " + status.ErrorOr("responds"));
+  };
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").value().term;
+  relay->SetDecide([](std::string_view) { return Relay::Fate::kLoseAnswer; });
+  EXPECT_EQ(leader.Append(MakeGroup(term, 1, 3)), Appended::kCommitted);
+  const std::string where = ToText(relay->endpoint());
+  ASSERT_EQ(told,
+            std::vector<std::string>{where + " etcd at " + where + ": no answer within 300 ms"});
+  relay->SetDecide(nullptr);  // a probe notices it
+  EXPECT_TRUE(harness()->RunUntil([&] { return told.size() == 2; }));
+  EXPECT_EQ(told.back(), where + " responds");
+}
+
+TEST_F(EtcdLogTest, ALostAnswerToTakeLeadMayHaveSucceeded) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  settings().patience = milliseconds(100);
+  Follower follower(harness(), 1);
+  settings().members = {relay->endpoint()};
+  relay->SetDecide([](std::string_view) { return Relay::Fate::kLoseAnswer; });
+  WaitingLog leader(harness());
+  const Result<Leader> unknown = leader.TakeLead(0, "a");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_EQ(unknown.error(), "etcd at " + ToText(relay->endpoint()) + ": no answer within 100 ms");
+  EXPECT_TRUE(follower.Await([](const Page& page) { return page.leader.node == "a"; }));
+}
+
+TEST_F(EtcdLogTest, WhatIsNotEtcdIsAnErrorThatNamesIt) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  const std::string where = "etcd at " + ToText(relay->endpoint());
+  settings().members = {relay->endpoint()};
+  relay->SetDecide([](std::string_view) { return Relay::Fate::kMakeUp; });
+  WaitingLog log(harness());
+  const auto error_of = [&](const std::string& body, int status) {
+    relay->SetMadeUp(body, status);
+    const Result<Leader> leader = log.TakeLead(0, "a");
+    return leader.ok() ? "no error" : std::string(leader.error());
+  };
+  EXPECT_TRUE(error_of("<html>", 200).starts_with(where + ": not JSON: "));
+  EXPECT_EQ(error_of("{}", 200),
+            where + R"(: field "header.revision": expected a number in a string)");
+  EXPECT_EQ(error_of("Not Found", 404), where + R"(: /v3/kv/txn: status 404: "Not Found")");
+  EXPECT_EQ(error_of(R"({"message":"etcdserver: no leader","code":14})", 503),
+            where + ": /v3/kv/txn: status 503: etcdserver: no leader");
+  EXPECT_EQ(log.Append(MakeGroup(1, 1, 1)), Appended::kUnknown);
+  EXPECT_FALSE(log.Trim(5).ok());
+  Follower follower(harness(), 1);
+  EXPECT_TRUE(harness()->RunUntil([&] { return !follower.errors().empty(); }));
+  relay->SetDecide(nullptr);
+  EXPECT_TRUE(follower.AwaitPage());
+}
+
+TEST_F(EtcdLogTest, AFollowerReadsOnWhenTheMemberThatItWatchesIsKilled) {
+  ASSERT_TRUE(Transfer(harness(), settings()).ok());  // it leads, too
+  Follower follower(harness(), 2);
+  settings().members = {Members().endpoints()[1], Members().endpoints()[2]};
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").value().term;
+  std::vector<Group> groups;
+  for (Sequence first = 1; first <= 60; first += 3) {
+    if (first == 31) {
+      Members().Kill(0);
+    }
+    groups.push_back(MakeGroup(term, first, 3));
+    ASSERT_EQ(leader.AppendSurely(groups.back()), Appended::kCommitted);
+  }
+  ASSERT_TRUE(follower.AwaitGroups(groups.size()));
+  EXPECT_EQ(follower.groups(), groups);
+}
+
+TEST_F(EtcdLogTest, AFollowerGoesOnWhenAllMembersWereDown) {
+  settings().patience = milliseconds(200);
+  WaitingLog leader(harness());
+  Follower follower(harness(), 1);
+  const Term term = leader.TakeLead(0, "a").value().term;
+  std::vector<Group> groups = {MakeGroup(term, 1, 2)};
+  ASSERT_EQ(leader.AppendSurely(groups[0]), Appended::kCommitted);
+  ASSERT_TRUE(follower.AwaitGroups(1));
+  for (size_t member = 0; member < EtcdMembers::kCount; ++member) {
+    Members().Kill(member);
+  }
+  groups.push_back(MakeGroup(term, 3, 2));
+  EXPECT_EQ(leader.Append(groups[1]), Appended::kUnknown);
+  EXPECT_TRUE(harness()->RunUntil([&] { return !follower.errors().empty(); }));
+  for (size_t member = 0; member < EtcdMembers::kCount; ++member) {
+    Members().Start(member);
+  }
+  EXPECT_EQ(leader.AppendSurely(groups[1]), Appended::kCommitted);
+  ASSERT_TRUE(follower.AwaitGroups(2));
+  EXPECT_EQ(follower.groups(), groups);
+}
+
+TEST_F(EtcdLogTest, AStuckWatchIsNoticed) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  relay->SetDecide([](std::string_view request) {
+    return IsWatch(request) ? Relay::Fate::kSwallow : Relay::Fate::kPass;
+  });
+  WaitingLog leader(harness());
+  settings().members = {relay->endpoint()};
+  Follower follower(harness(), 1);
+  ASSERT_TRUE(follower.AwaitPage());
+  const Term term = leader.TakeLead(0, "a").value().term;
+  const std::vector<Group> groups = {MakeGroup(term, 1, 2), MakeGroup(term, 3, 2)};
+  for (const Group& group : groups) {
+    ASSERT_EQ(leader.Append(group), Appended::kCommitted);
+  }
+  ASSERT_TRUE(follower.AwaitGroups(2));
+  EXPECT_EQ(follower.groups(), groups);
+}
+
+// A follower whose watch is to begin with what was compacted meanwhile.
+TEST_F(EtcdLogTest, AFollowerReadsOnAfterACompaction) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").value().term;
+  settings().members = {relay->endpoint()};
+  settings().patience = std::chrono::minutes(1);  // with the watch that is held up
+  settings().silence = std::chrono::minutes(1);
+  std::vector<Group> groups = {MakeGroup(term, 1, 2)};
+  ASSERT_EQ(leader.Append(groups[0]), Appended::kCommitted);
+  size_t watches = 0;
+  relay->SetDecide([&](std::string_view request) {
+    watches += IsWatch(request) ? 1u : 0u;
+    return IsWatch(request) && watches == 1 ? Relay::Fate::kHold : Relay::Fate::kPass;
+  });
+  Follower follower(harness(), 1);
+  ASSERT_TRUE(follower.AwaitGroups(1));
+  ASSERT_TRUE(harness()->RunUntil([&] { return watches == 1; }));
+  for (const Sequence floor : {Sequence{2}, Sequence{3}}) {
+    groups.push_back(MakeGroup(term, 2 * floor - 1, 2));
+    ASSERT_EQ(leader.Append(groups.back()), Appended::kCommitted);
+    const Status trimmed = leader.Trim(floor);
+    ASSERT_TRUE(trimmed.ok()) << trimmed.error();
+  }
+  relay->Release();
+  ASSERT_TRUE(follower.AwaitGroups(groups.size()));
+  EXPECT_EQ(follower.groups(), groups);
+  EXPECT_TRUE(harness()->RunUntil([&] { return watches == 2; }));
+}
+
+TEST_F(EtcdLogTest, TransferMovesTheLeadershipToTheOwnMember) {
+  const std::vector<Endpoint> all = Members().endpoints();
+  for (size_t own = 0; own < all.size(); ++own) {
+    settings().members = {all[own], all[(own + 1) % 3], all[(own + 2) % 3]};
+    const Status transferred = Transfer(harness(), settings());
+    EXPECT_TRUE(transferred.ok()) << transferred.error();
+
+    const auto client = std::make_shared<EtcdClient>(harness()->io().get_executor(), all,
+                                                     milliseconds(1000), nullptr);
+    std::optional<Result<std::string>> text;
+    boost::asio::co_spawn(
+        harness()->io(),
+        [&]() -> boost::asio::awaitable<void> {
+          const std::string path = kStatusPath;
+          const std::string body = "{}";
+          text = co_await client->CallMember(own, path, body);
+        },
+        boost::asio::detached);
+    ASSERT_TRUE(harness()->RunUntil([&] { return text.has_value(); }));
+    ASSERT_TRUE(text->ok()) << text->error();
+    const Result<StatusAnswer> status = ParseStatus(text->value());
+    ASSERT_TRUE(status.ok()) << status.error();
+    EXPECT_EQ(status.value().leader, status.value().member) << own;
+  }
+}
+
+TEST_F(EtcdLogTest, AStoredGroupThatIsDamagedIsAnErrorThatNamesItsKey) {
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").value().term;
+  ASSERT_EQ(leader.Append(MakeGroup(term, 1, 2)), Appended::kCommitted);
+  const std::string key = EtcdKeys(settings().cluster).Log(3);
+  const auto client = std::make_shared<EtcdClient>(
+      harness()->io().get_executor(), Members().endpoints(), milliseconds(1000), nullptr);
+  bool is_written = false;
+  boost::asio::co_spawn(
+      harness()->io(),
+      [&]() -> boost::asio::awaitable<void> {
+        TxnRequest request;
+        request.success.Put(key, "nonsense");
+        const std::string path = kTxnPath;
+        const std::string body = request.Text();
+        is_written = (co_await client->Call(path, body)).ok();
+      },
+      boost::asio::detached);
+  ASSERT_TRUE(harness()->RunUntil([&] { return is_written; }));
+  Follower follower(harness(), 1);
+  ASSERT_TRUE(harness()->RunUntil([&] { return !follower.errors().empty(); }));
+  EXPECT_EQ(follower.groups().size(), 1u);
+  EXPECT_TRUE(follower.errors().front().starts_with("etcd at 127.0.0.1:"));
+  EXPECT_TRUE(follower.errors().front().ends_with(": key " + key +
+                                                  ": a group of 8 bytes, expected at least 21"))
+      << follower.errors().front();
+}
+
+}  // namespace
+}  // namespace pheromone::cluster

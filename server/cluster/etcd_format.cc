@@ -1,0 +1,134 @@
+#include "server/cluster/etcd_format.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "server/base/bytes.h"
+#include "server/store/journal/crc32c.h"
+
+namespace pheromone::cluster {
+namespace {
+
+constexpr uint8_t kGroupVersion = 1;
+constexpr std::string_view kLogFolder = "log/";
+constexpr size_t kHexDigits = 16;
+
+// What is before the checksum.
+std::string EncodeHead(const Group& group, uint32_t pieces) {
+  ByteWriter writer;
+  writer.U8(kGroupVersion);
+  writer.U32(group.count);
+  writer.U64(group.term);
+  writer.U32(pieces);
+  return writer.Take();
+}
+
+uint32_t ChecksumOf(const Group& group, std::string_view head) {
+  ByteWriter first;
+  first.U64(group.first);
+  return journal::Crc32c(group.records, journal::Crc32c(head, journal::Crc32c(first.bytes())));
+}
+
+}  // namespace
+
+std::string ToHex(Sequence number) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text(kHexDigits, '0');
+  for (size_t i = kHexDigits; i > 0 && number != 0; number >>= 4) {
+    text[--i] = kDigits[number & 15];
+  }
+  return text;
+}
+
+Result<Sequence> FromHex(std::string_view digits) {
+  Sequence number = 0;
+  for (const char c : digits) {
+    const bool is_letter = c >= 'a' && c <= 'f';
+    if (!is_letter && (c < '0' || c > '9')) {
+      number = 0;
+      digits = {};
+      break;
+    }
+    number = number << 4 | static_cast<Sequence>(is_letter ? c - 'a' + 10 : c - '0');
+  }
+  if (digits.size() != kHexDigits) {
+    return Error{"expected a number of 16 hexadecimal digits"};
+  }
+  return number;
+}
+
+std::string EtcdKeys::Piece(const Group& group, uint32_t index) const {
+  char text[16];
+  std::snprintf(text, sizeof text, "%04x", index);
+  return PiecesOf(group.first) + "/" + ToHex(group.term) + "/" + text;
+}
+
+std::optional<Result<Sequence>> EtcdKeys::FirstOf(std::string_view key) const {
+  if (!key.starts_with(prefix_) || !key.substr(prefix_.size()).starts_with(kLogFolder)) {
+    return std::nullopt;
+  }
+  return FromHex(key.substr(prefix_.size() + kLogFolder.size()));
+}
+
+std::vector<KeyAndValue> EncodeGroup(const EtcdKeys& keys, const Group& group) {
+  std::vector<KeyAndValue> entries;
+  uint32_t pieces = 0;
+  if (group.records.size() > kMaxInlineBytes) {
+    for (size_t at = 0; at < group.records.size(); at += kPieceBytes) {
+      entries.push_back({keys.Piece(group, pieces++), group.records.substr(at, kPieceBytes)});
+    }
+  }
+  std::string value = EncodeHead(group, pieces);
+  ByteWriter checksum;
+  checksum.U32(ChecksumOf(group, value));
+  value += checksum.bytes();
+  if (pieces == 0) {
+    value += group.records;
+  }
+  entries.push_back({keys.Log(group.first), std::move(value)});
+  return entries;
+}
+
+Result<StoredGroup> DecodeGroup(Sequence first, std::string_view value) {
+  constexpr size_t kHeaderBytes = 1 + 4 + 8 + 4 + 4;
+  ByteReader reader(value);
+  const uint8_t version = reader.U8();
+  StoredGroup stored;
+  stored.group.first = first;
+  stored.group.count = reader.U32();
+  stored.group.term = reader.U64();
+  stored.pieces = reader.U32();
+  stored.checksum = reader.U32();
+  if (!reader.ok()) {
+    return Error{"a group of " + std::to_string(value.size()) + " bytes, expected at least " +
+                 std::to_string(kHeaderBytes)};
+  }
+  if (version != kGroupVersion) {
+    return Error{"a group of version " + std::to_string(version) + ", expected " +
+                 std::to_string(kGroupVersion)};
+  }
+  if (stored.group.count == 0) {
+    return Error{"a group of 0 events, expected at least 1"};
+  }
+  stored.group.records = value.substr(kHeaderBytes);
+  if (stored.pieces == 0) {
+    PHEROMONE_TRY_STATUS(CheckGroup(stored));
+  } else if (!stored.group.records.empty()) {
+    return Error{"a group in " + std::to_string(stored.pieces) + " pieces with " +
+                 std::to_string(stored.group.records.size()) + " bytes of records, expected none"};
+  }
+  return stored;
+}
+
+Status CheckGroup(const StoredGroup& stored) {
+  const uint32_t expected = ChecksumOf(stored.group, EncodeHead(stored.group, stored.pieces));
+  if (stored.checksum != expected) {
+    char text[80];
+    std::snprintf(text, sizeof text, "the checksum is %08x, expected %08x, that of the group",
+                  stored.checksum, expected);
+    return Error{text};
+  }
+  return Ok();
+}
+
+}  // namespace pheromone::cluster

@@ -1,0 +1,397 @@
+#include "server/cluster/etcd_log.h"
+
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <utility>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include "server/cluster/etcd_format.h"
+#include "server/cluster/etcd_messages.h"
+#include "server/cluster/etcd_reader.h"
+
+namespace pheromone::cluster {
+namespace {
+
+namespace asio = boost::asio;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kAfterError{100};  // before a follower reads again
+
+}  // namespace
+
+class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
+ public:
+  Impl(asio::any_io_executor executor, EtcdSettings settings)
+      : executor_(std::move(executor)),
+        settings_(std::move(settings)),
+        keys_(settings_.cluster),
+        client_(std::make_shared<EtcdClient>(executor_, settings_.members, settings_.patience,
+                                             settings_.on_member)) {}
+
+  /// Runs `begin()` after this call, and then `done` with its result, unless it was stopped.
+  template <typename Begin, typename Done>
+  void Run(Begin begin, Done done) {
+    auto run = [self = shared_from_this(), begin = std::move(begin),
+                done = std::move(done)]() -> asio::awaitable<void> {
+      co_await asio::post(self->executor_, asio::use_awaitable);
+      const auto result = co_await begin();
+      if (!self->client_->stopped()) {
+        done(result);
+      }
+    };
+    asio::co_spawn(executor_, std::move(run), [](const std::exception_ptr& thrown) {
+      if (thrown) {
+        std::rethrow_exception(thrown);
+      }
+    });
+  }
+
+  asio::awaitable<Result<Leader>> TakeLead(Term seen, std::string node);
+  asio::awaitable<Appended> Append(Group group);
+  asio::awaitable<Status> Trim(Sequence floor);
+  asio::awaitable<Status> Transfer();
+  asio::awaitable<Status> Follow(uint64_t followed, Sequence from,
+                                 std::function<void(const Result<Page>&)> news);
+
+  /// A call of Follow, which ends the earlier one.
+  uint64_t BeginToFollow() { return ++followed_; }
+  void Stop() { client_->Stop(); }
+
+ private:
+  using News = std::function<void(const Result<Page>&)>;
+
+  asio::awaitable<std::optional<Appended>> Write(const Group& group, const KeyAndValue& what,
+                                                 const std::string& group_value);
+  asio::awaitable<Result<EtcdReader::News>> Read(EtcdReader* reader, size_t* member);
+  asio::awaitable<Status> ReadPieces(StoredGroup* stored);
+  asio::awaitable<Status> Watch(EtcdReader* reader, size_t member, Revision revision,
+                                uint64_t followed, const News& news);
+  asio::awaitable<Status> Publish(EtcdReader* reader, EtcdReader::News* found, uint64_t followed,
+                                  const News& news);
+  bool IsFollowed(uint64_t followed) const { return followed == followed_ && !client_->stopped(); }
+  Error Unusable(size_t member, const Error& error) {
+    const Error named = client_->ErrorAt(member, error);
+    client_->SetDown(member, named);
+    return named;
+  }
+
+  const asio::any_io_executor executor_;
+  const EtcdSettings settings_;
+  const EtcdKeys keys_;
+  const std::shared_ptr<EtcdClient> client_;
+  uint64_t followed_ = 0;    // calls of Follow
+  Revision trimmed_at_ = 0;  // by the last Trim
+};
+
+asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string node) {
+  TxnRequest request;
+  request.IfChangedAt(keys_.leader(), seen);
+  request.success.Put(keys_.leader(), node);
+  request.success.Read(keys_.leader());
+  request.failure.Read(keys_.leader());
+  size_t success_parts = 2;
+  if (seen == 0) {
+    request.success.Put(keys_.id(), settings_.new_id);
+    success_parts = 3;
+  }
+  const std::string path = kTxnPath;
+  const std::string body = request.Text();
+  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
+  if (!answer.ok()) {
+    co_return answer.error();
+  }
+  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, success_parts, 1);
+  if (!txn.ok()) {
+    co_return Unusable(answer.value().member, txn.error());
+  }
+  const TxnAnswer::Part& leader = txn.value().parts[txn.value().succeeded ? 1 : 0];
+  if (leader.entries.empty()) {
+    co_return Leader{};
+  }
+  co_return Leader{leader.entries.front().revision, leader.entries.front().value};
+}
+
+// A piece is written under the same comparisons as its group, so that each answer may decide.
+asio::awaitable<Appended> EtcdLog::Impl::Append(Group group) {
+  const std::vector<KeyAndValue> entries = EncodeGroup(keys_, group);
+  for (const KeyAndValue& entry : entries) {
+    const std::optional<Appended> outcome = co_await Write(group, entry, entries.back().value);
+    if (outcome) {
+      co_return *outcome;
+    }
+  }
+  co_return Appended::kCommitted;
+}
+
+// None: it is written.
+asio::awaitable<std::optional<Appended>> EtcdLog::Impl::Write(const Group& group,
+                                                              const KeyAndValue& what,
+                                                              const std::string& group_value) {
+  const std::string place = keys_.Log(group.first);
+  TxnRequest request;
+  request.IfChangedAt(keys_.leader(), group.term);
+  request.IfAbsent(place);
+  request.success.Put(what.key, what.value);
+  request.failure.Read(keys_.leader());
+  request.failure.Read(place);
+  const std::string path = kTxnPath;
+  const std::string body = request.Text();
+  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
+  if (!answer.ok()) {
+    co_return Appended::kUnknown;
+  }
+  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 1, 2);
+  if (!txn.ok()) {
+    static_cast<void>(Unusable(answer.value().member, txn.error()));
+    co_return Appended::kUnknown;
+  }
+  if (txn.value().succeeded) {
+    co_return std::nullopt;
+  }
+  const std::vector<Entry>& leader = txn.value().parts[0].entries;
+  const std::vector<Entry>& there = txn.value().parts[1].entries;
+  if (!there.empty()) {
+    co_return there.front().value == group_value ? Appended::kCommitted : Appended::kFenced;
+  }
+  if (!leader.empty() && leader.front().revision == group.term) {
+    const Error contradiction("both comparisons hold, expected the transaction to succeed");
+    static_cast<void>(Unusable(answer.value().member, contradiction));
+    co_return Appended::kUnknown;
+  }
+  co_return Appended::kFenced;
+}
+
+asio::awaitable<Status> EtcdLog::Impl::Trim(Sequence floor) {
+  EtcdReader reader(keys_, floor);
+  while (!reader.found()) {
+    size_t member = 0;
+    const Result<EtcdReader::News> read = co_await Read(&reader, &member);
+    if (!read.ok()) {
+      co_return read.error();
+    }
+  }
+  TxnRequest request;
+  request.IfGreater(keys_.floor(), ToHex(floor));
+  request.failure.Put(keys_.floor(), ToHex(floor));
+  request.failure.DeleteRange(keys_.Log(0), keys_.Log(reader.next()));
+  request.failure.DeleteRange(keys_.PiecesOf(0), keys_.PiecesOf(reader.next()));
+  const std::string path = kTxnPath;
+  const std::string body = request.Text();
+  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
+  if (!answer.ok()) {
+    co_return answer.error();
+  }
+  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 0, 3);
+  if (!txn.ok()) {
+    co_return Unusable(answer.value().member, txn.error());
+  }
+  const Revision before = std::exchange(trimmed_at_, txn.value().revision);
+  if (before == 0) {
+    co_return Ok();
+  }
+  const std::string compaction_path = kCompactionPath;
+  const std::string compaction = CompactionRequest(before);
+  const Result<EtcdAnswer> compacted = co_await client_->Call(compaction_path, compaction);
+  // Another node may have compacted more.
+  if (!compacted.ok() && compacted.error().find("has been compacted") == std::string::npos) {
+    co_return compacted.error();
+  }
+  co_return Ok();
+}
+
+// Only the member that leads can pass it on.
+asio::awaitable<Status> EtcdLog::Impl::Transfer() {
+  if (!settings_.has_own_member) {
+    co_return Ok();
+  }
+  const std::string status_path = kStatusPath;
+  const std::string status_body = "{}";
+  StatusAnswer own;
+  for (size_t member = 0; member < client_->size(); ++member) {
+    const Result<std::string> answer =
+        co_await client_->CallMember(member, status_path, status_body);
+    if (!answer.ok() && member == 0) {
+      co_return answer.error();
+    }
+    if (!answer.ok()) {
+      continue;
+    }
+    const Result<StatusAnswer> status = ParseStatus(answer.value());
+    if (!status.ok()) {
+      co_return client_->ErrorAt(member, status.error());
+    }
+    own = member == 0 ? status.value() : own;
+    if (own.leader == own.member) {
+      co_return Ok();
+    }
+    if (status.value().member == own.leader) {
+      const std::string path = kTransferPath;
+      const std::string body = TransferRequest(own.member);
+      const Result<std::string> transferred = co_await client_->CallMember(member, path, body);
+      co_return transferred.ok() ? Ok() : Status(transferred.error());
+    }
+  }
+  co_return client_->ErrorAt(0, "follows a member that does not respond, or is not in the list");
+}
+
+asio::awaitable<Result<EtcdReader::News>> EtcdLog::Impl::Read(EtcdReader* reader, size_t* member) {
+  const std::string path = kTxnPath;
+  const std::string body = reader->ReadRequest();
+  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
+  if (!answer.ok()) {
+    co_return answer.error();
+  }
+  *member = answer.value().member;
+  Result<EtcdReader::News> news = reader->OnRead(answer.value().text);
+  if (!news.ok()) {
+    co_return Unusable(*member, news.error());
+  }
+  co_return news;
+}
+
+asio::awaitable<Status> EtcdLog::Impl::ReadPieces(StoredGroup* stored) {
+  const std::string path = kTxnPath;
+  for (uint32_t piece = 0; piece < stored->pieces; ++piece) {
+    const std::string key = keys_.Piece(stored->group, piece);
+    TxnRequest request;
+    request.success.Read(key);
+    const std::string body = request.Text();
+    const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
+    if (!answer.ok()) {
+      co_return answer.error();
+    }
+    const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 1, 0);
+    if (!txn.ok()) {
+      co_return Unusable(answer.value().member, txn.error());
+    }
+    if (txn.value().parts[0].entries.empty()) {
+      co_return client_->ErrorAt(answer.value().member,
+                                 "key " + key + ": expected a piece of a group");
+    }
+    stored->group.records += txn.value().parts[0].entries.front().value;
+  }
+  const Status checked = CheckGroup(*stored);
+  if (!checked.ok()) {
+    co_return Error{"key " + keys_.Log(stored->group.first) + ": " + checked.error()};
+  }
+  co_return Ok();
+}
+
+// Completes groups and tells them. What could not be completed is read again.
+asio::awaitable<Status> EtcdLog::Impl::Publish(EtcdReader* reader, EtcdReader::News* found,
+                                               uint64_t followed, const News& news) {
+  Page page{found->id, found->leader, found->floor, found->log_end, {}};
+  Status status = Ok();
+  for (StoredGroup& stored : found->groups) {
+    if (stored.pieces > 0) {
+      status = co_await ReadPieces(&stored);
+      if (!status.ok()) {
+        reader->ReturnTo(stored.group.first);
+        break;
+      }
+    }
+    page.groups.push_back(std::move(stored.group));
+  }
+  const bool is_only_search = page.groups.empty() && found->more;
+  if (IsFollowed(followed) && !is_only_search) {
+    news(page);
+  }
+  co_return status;
+}
+
+// Ends without an error if it was silent, or began before what was compacted: a read is next.
+asio::awaitable<Status> EtcdLog::Impl::Watch(EtcdReader* reader, size_t member, Revision revision,
+                                             uint64_t followed, const News& news) {
+  const std::string path = kWatchPath;
+  const std::string body = reader->WatchFrom(revision);
+  Result<std::unique_ptr<EtcdStream>> stream = co_await client_->Open(member, path, body);
+  if (!stream.ok()) {
+    client_->SetDown(member, stream.error());
+    co_return Ok();  // an error only if no other member responds
+  }
+  while (IsFollowed(followed)) {
+    const Result<std::optional<std::string>> line =
+        co_await stream.value()->Next(settings_.silence);
+    if (!line.ok()) {
+      client_->SetDown(member, line.error());
+      co_return Ok();
+    }
+    if (!line.value()) {
+      co_return Ok();
+    }
+    Result<EtcdReader::News> found = reader->OnWatch(*line.value());
+    if (!found.ok()) {
+      co_return Unusable(member, found.error());
+    }
+    const Status published = co_await Publish(reader, &found.value(), followed, news);
+    if (!published.ok() || found.value().more) {
+      co_return published;
+    }
+  }
+  co_return Ok();
+}
+
+asio::awaitable<Status> EtcdLog::Impl::Follow(uint64_t followed, Sequence from, News news) {
+  EtcdReader reader(keys_, from);
+  while (IsFollowed(followed)) {
+    size_t member = 0;
+    Result<EtcdReader::News> found = co_await Read(&reader, &member);
+    Status status = Ok();
+    if (!found.ok()) {
+      status = found.error();
+    } else {
+      status = co_await Publish(&reader, &found.value(), followed, news);
+      if (status.ok() && !found.value().more) {
+        const Revision after = found.value().revision + 1;
+        status = co_await Watch(&reader, member, after, followed, news);
+      }
+    }
+    if (!status.ok() && IsFollowed(followed)) {
+      news(status.error());
+      co_await client_->Pause(kAfterError);
+    }
+  }
+  co_return Ok();
+}
+
+EtcdLog::EtcdLog(asio::any_io_executor executor, EtcdSettings settings)
+    : impl_(std::make_shared<Impl>(std::move(executor), std::move(settings))) {}
+
+EtcdLog::~EtcdLog() {
+  Stop();
+}
+
+void EtcdLog::TakeLead(Term seen, const std::string& node,
+                       std::function<void(const Result<Leader>&)> done) {
+  impl_->Run([impl = impl_.get(), seen, node] { return impl->TakeLead(seen, node); },
+             std::move(done));
+}
+
+void EtcdLog::Append(const Group& group, std::function<void(Appended)> done) {
+  impl_->Run([impl = impl_.get(), group] { return impl->Append(group); }, std::move(done));
+}
+
+void EtcdLog::Follow(Sequence from, std::function<void(const Result<Page>&)> news) {
+  impl_->Run([impl = impl_.get(), followed = impl_->BeginToFollow(), from,
+              news = std::move(news)] { return impl->Follow(followed, from, news); },
+             [](const Status& /*ended*/) {});
+}
+
+void EtcdLog::Trim(Sequence floor, std::function<void(const Status&)> done) {
+  impl_->Run([impl = impl_.get(), floor] { return impl->Trim(floor); }, std::move(done));
+}
+
+void EtcdLog::Transfer(std::function<void(const Status&)> done) {
+  impl_->Run([impl = impl_.get()] { return impl->Transfer(); }, std::move(done));
+}
+
+void EtcdLog::Stop() {
+  impl_->Stop();
+}
+
+}  // namespace pheromone::cluster
