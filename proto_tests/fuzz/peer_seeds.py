@@ -3,6 +3,8 @@ server/cluster/peer_wire.h describes it, without any of its code."""
 
 import struct
 
+COMMAND_ARGUMENTS = 5  # bytes, of whatever command
+
 
 def text(value):
     return struct.pack("<I", len(value)) + value
@@ -32,7 +34,7 @@ def changes():
     points = struct.pack("<4q", 1_000_000, -2_000_000, 3_000_000, 4_000_000)
     yield "edited", 0, stroke + points + struct.pack("<Q", 0)
     yield "reversed", 1, b"\1"
-    yield "command", 2, struct.pack("<HBB", 0, 5, 4) + bytes(8)
+    yield "command", 2, struct.pack("<HBB", 0, 5, 4) + bytes(COMMAND_ARGUMENTS)
     yield "goal", 3, struct.pack("<HBqqI", 0, 5, 1, 2, 100_000)
     yield "goal_cancelled", 4, struct.pack("<HB", 0, 5)
     yield "erased", 5, struct.pack("<BHBB", 1, 3, 2, 0)

@@ -41,11 +41,11 @@ namespace pheromone::cluster {
 
 /// Defaults for machines of one room.
 struct PeerTimes {
-  std::chrono::milliseconds open{2'000};      ///< to connect, shake hands and greet, at most
+  std::chrono::milliseconds open{1'000};      ///< to connect, shake hands and greet, at most
   std::chrono::milliseconds silence{1'000};   ///< nothing is heard: the connection is dead
   std::chrono::milliseconds stuck{2'000};     ///< nothing can be sent: the other side does not read
   std::chrono::milliseconds first_pause{50};  ///< before it is dialed again; doubles
-  std::chrono::milliseconds longest_pause{1'000};
+  std::chrono::milliseconds longest_pause{500};
 };
 
 struct PeersSettings {
