@@ -75,7 +75,8 @@ ReplicaWorld::ReplicaWorld(const ReplicaLimits& limits)
 }
 
 Replica ReplicaWorld::Start(size_t node, Sequence next, uint64_t now_ms) const {
-  cluster::ReplicaSettings settings{.node = NameOf(node), .nodes = {}, .group_ms = 0};
+  cluster::ReplicaSettings settings{
+      .node = NameOf(node), .nodes = {}, .meet_ms = 300, .group_ms = 0};
   for (size_t one = 0; one < left_.nodes; ++one) {
     settings.nodes.push_back(NameOf(one));
   }

@@ -16,6 +16,12 @@ using engine::Event;
 using engine::Outgoing;
 
 constexpr uint64_t kLocalLogPauseMs = 10;  // while the local log admits nothing
+// The log keeps what a server that was away for a while needs, up to some 100 MB; beyond that a
+// peer's state is asked for.
+constexpr uint64_t kBetweenTrimsMs = 5'000;
+constexpr uint64_t kAlwaysKept = 10'000;   // events that peers have seen, but perhaps not written
+constexpr uint64_t kMostKept = 1'000'000;  // events, for peers that are away
+constexpr uint64_t kStalledMs = 1'000;
 constexpr char kNobodyLeads[] = "no server of the cluster leads at present";
 
 }  // namespace
@@ -107,6 +113,7 @@ void Cluster::Continue() {
                          .role = static_cast<uint8_t>(replica_.role())});
   }
   TakeRole();
+  TrimSometimes(now_ms);
   TellView();
   const uint64_t deadline = replica_.Deadline();
   parts_.wake_at(to_apply_.empty() ? deadline : std::min(deadline, now_ms + kLocalLogPauseMs));
@@ -175,6 +182,45 @@ void Cluster::TakeRole() {
   }
 }
 
+void Cluster::TrimSometimes(uint64_t now_ms) {
+  if (!parts_.log->leads() || is_trimming_ || now_ms < trim_ms_) {
+    return;
+  }
+  trim_ms_ = now_ms + kBetweenTrimsMs;
+  Sequence seen = replica_.committed() + 1;
+  for (const std::string& node : settings_.nodes) {
+    const auto known = known_.find(node);
+    if (node != settings_.node) {
+      seen = std::min(seen, known != known_.end() ? known->second : 0);
+    }
+  }
+  const Sequence end = replica_.committed() + 1;
+  const Sequence floor =
+      std::max(seen - std::min(seen, kAlwaysKept), end - std::min(end, kMostKept));
+  if (floor > trimmed_) {
+    is_trimming_ = true;
+    log_->Trim(floor, [this, floor](const Status& trimmed) {
+      is_trimming_ = false;
+      trimmed_ = trimmed.ok() ? floor : trimmed_;
+    });
+  }
+}
+
+// While a majority does not accept what is submitted, more is refused: a robot that waits for its
+// answer would stand.
+std::string Cluster::Stall(uint64_t now_ms) {
+  const Sequence committed = replica_.committed();
+  if (committed != committed_ || parts_.log->appended() == committed) {
+    committed_ = committed;
+    progress_ms_ = now_ms;
+  }
+  if (now_ms - progress_ms_ < kStalledMs) {
+    return "";
+  }
+  return "no majority of the log's engine (etcd) has accepted changes for " +
+         std::to_string((now_ms - progress_ms_) / 1000) + " s";
+}
+
 void Cluster::TellView() {
   const Leader& leader = replica_.leader();
   const bool leads = parts_.log->leads();
@@ -195,9 +241,7 @@ void Cluster::TellView() {
   view_.committed = applied;
   view_.behind = known - std::min(known, applied);
   view_.news_ms = news_ms_;
-  parts_.log->SetTrouble(leads     ? ""
-                         : reaches ? "changes are ordered by " + leader.node
-                                   : kNobodyLeads);
+  parts_.log->SetTrouble(leads ? Stall(parts_.now_ms()) : reaches ? "" : kNobodyLeads);
 }
 
 void Cluster::OnUp(const std::string& node) {

@@ -60,8 +60,6 @@ class Cluster {
     std::function<uint64_t()> now_ms;  ///< of a steady clock
     /// Continue has to be called then, or earlier; UINT64_MAX: when something happens.
     std::function<void(uint64_t)> wake_at;
-    /// From any thread: Continue has to be called soon; under the service's lock.
-    std::function<void()> wake;
     /// From any thread, under the service's lock: the message goes to that peer.
     std::function<void(const std::string& to, PeerMessage message)> send;
     std::function<void(const PeerMessage&)> send_all;
@@ -98,6 +96,11 @@ class Cluster {
   /// leader's connection ends. False, without calling: as Forward. Any thread.
   bool Forward(OperatorChange change, std::function<void(OperatorResult)> done);
   ClusterView view() const;
+  /// Whether another server leads and is reached. Any thread.
+  bool has_leader() const {
+    const std::lock_guard lock(mutex_);
+    return !leader_up_.empty();
+  }
 
  private:
   struct Awaited {
@@ -108,6 +111,8 @@ class Cluster {
   Status Apply(const Group& group);
   bool ApplySome();
   void TakeRole();
+  void TrimSometimes(uint64_t now_ms);
+  std::string Stall(uint64_t now_ms);
   void TellView();
   void Accept(const std::string& from, const ForwardedRequest& request);
   void Accept(const ForwardedEvent& event);
@@ -121,6 +126,11 @@ class Cluster {
   std::set<std::string> up_;               // peers
   std::map<std::string, uint64_t> known_;  // the next event, as they told
   uint64_t news_ms_ = 0;
+  Sequence committed_ = 0;    // the last, when there was progress
+  uint64_t progress_ms_ = 0;  // of what is submitted
+  uint64_t trim_ms_ = 0;      // not before
+  bool is_trimming_ = false;
+  Sequence trimmed_ = 1;
   bool is_stopped_ = false;
 
   mutable std::mutex mutex_;

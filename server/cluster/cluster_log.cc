@@ -13,7 +13,7 @@ using protocol::Reason;
 Reason ClusterLog::Admit() {
   {
     const std::lock_guard lock(mutex_);
-    if (!leads_ || pending_.size() >= options_.max_pending) {
+    if (!leads_ || !trouble_.empty() || pending_.size() >= options_.max_pending) {
       return Reason::kBusy;
     }
   }

@@ -56,7 +56,7 @@ class ClusterLog final : public engine::OrderedLog {
   /// followed.
   void EndLead();
   bool leads() const;
-  /// Why changes are refused while it does not lead, for Trouble: who leads, or that nobody does.
+  /// Why changes are refused, while it is not empty.
   void SetTrouble(std::string trouble);
 
   struct Submitted {

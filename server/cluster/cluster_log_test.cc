@@ -133,6 +133,7 @@ TEST_F(ClusterLogTest, AFollowedEventIsInTheLocalLogAtOnce) {
   EXPECT_EQ(other.DurableSequence(), 2u);
   EXPECT_EQ(follower.StateHash(), service_.StateHash());
   // It takes over, and goes on with the next sequence.
+  other.SetTrouble("");
   other.Lead();
   follower.Handle(0, std::vector<protocol::Message>{Deposit(1, 1)}, &out);
   EXPECT_EQ(other.CollectSubmitted().at(0).sequence, 3u);

@@ -29,6 +29,7 @@ void Election::OnHeartbeat(const std::string& from, const Heartbeat& heartbeat, 
   if (heartbeat.leads) {
     sign_ms_ = now_ms;
     is_vacant_ = false;
+    has_heard_leader_ = true;
   } else if (from == leader_.node && heartbeat.term == leader_.term) {
     if (!is_vacant_) {
       is_vacant_ = true;
@@ -50,6 +51,7 @@ void Election::OnLeader(const Leader& leader, uint64_t now_ms) {
   role_ = has_asked_ && leader.node == settings_.node ? Role::kCatchesUp : Role::kFollows;
   has_asked_ = false;
   sign_ms_ = now_ms;
+  has_heard_leader_ = false;
   is_vacant_ = false;
   hands_over_ = false;
   own_successor_.clear();
@@ -148,7 +150,9 @@ uint64_t Election::TakeoverMs() const {
   // Of a cluster of one, and after a restart, nobody else is to be waited for.
   if (settings_.nodes.size() > 1 && leader_.node != settings_.node) {
     if (!is_vacant_ || (!successor_.empty() && successor_ != settings_.node)) {
-      wait_ms = settings_.suspect_ms + TurnMs();
+      wait_ms =
+          (has_heard_leader_ || leader_.term == 0 ? settings_.suspect_ms : settings_.meet_ms) +
+          TurnMs();
     } else if (successor_.empty()) {
       wait_ms = TurnMs();
     }

@@ -7,7 +7,8 @@
 //   ... again at election.Deadline()
 //
 // The leader is suspected when its heartbeats are silent and the log shows no progress, neither
-// groups nor a new leader, for suspect_ms. Whoever comes later in the order of nodes waits longer
+// groups nor a new leader, for suspect_ms; for meet_ms before the first of its heartbeats, since
+// there may be no connection yet. Whoever comes later in the order of nodes waits longer
 // by heartbeat_ms for each healthy peer that comes before. None of this is needed for safety: the
 // log grants each term to one node, and a suspicion too early costs only time. A daemon that did
 // not run for a while itself, half of suspect_ms, has not read what it was sent, and begins anew.
@@ -117,8 +118,9 @@ class Election {
   bool is_asking_ = false;  // a TakeLead is not answered
   uint64_t ask_again_ms_ = 0;
 
-  uint64_t awake_ms_;       // when it was last asked
-  uint64_t sign_ms_;        // the leader's last sign of life, or since when there should be one
+  uint64_t awake_ms_;  // when it was last asked
+  uint64_t sign_ms_;   // the leader's last sign of life, or since when there should be one
+  bool has_heard_leader_ = false;
   bool is_vacant_ = false;  // the leader says that it does not lead
   std::string successor_;   // its, if so
   std::map<std::string, Peer> peers_;

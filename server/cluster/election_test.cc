@@ -9,10 +9,10 @@
 namespace pheromone::cluster {
 namespace {
 
-// Heartbeats of 50 ms, suspicion after 300, as by default.
+// Heartbeats of 50 ms, suspicion after 300, as by default; and no longer before the first one.
 Election ElectionOf(const std::string& node,
                     const std::vector<std::string>& nodes = {"a", "b", "c"}) {
-  return Election({.node = node, .nodes = nodes}, 0);
+  return Election({.node = node, .nodes = nodes, .meet_ms = 300}, 0);
 }
 
 Heartbeat Following(Term term) {
@@ -54,6 +54,15 @@ TEST(Election, DoesNotAskBeforeItKnowsWhatTheLogSays) {
   EXPECT_EQ(AskAt(&election, 10'299), std::nullopt);
   EXPECT_EQ(AskAt(&election, 10'300), 0u);  // the first leader follows on term 0
   EXPECT_EQ(election.role(), Role::kTakes);
+}
+
+TEST(Election, ALeaderThatWasNotHeardYetHasMoreTime) {
+  Election election({.node = "a", .nodes = {"a", "b"}, .meet_ms = 1'500}, 0);
+  election.OnLeader({5, "b"}, 1'000);
+  EXPECT_EQ(AskAt(&election, 2'499), std::nullopt) << "there may be no connection yet";
+  election.OnHeartbeat("b", Leading(5), 2'499);
+  EXPECT_EQ(AskAt(&election, 2'798), std::nullopt);
+  EXPECT_EQ(AskAt(&election, 2'799), 5u) << "it was heard, and is silent";
 }
 
 TEST(Election, SuspectsALeaderThatIsSilentWhileTheLogStands) {

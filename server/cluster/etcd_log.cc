@@ -291,6 +291,7 @@ asio::awaitable<Status> EtcdLog::Impl::Publish(EtcdReader* reader, EtcdReader::N
     if (stored.pieces > 0) {
       status = co_await ReadPieces(&stored);
       if (!status.ok()) {
+        page.leader = {};
         reader->ReturnTo(stored.group.first);
         break;
       }

@@ -192,7 +192,7 @@ Result<StoredGroup> EtcdReader::Decode(const Entry& entry, Sequence first) const
 
 void EtcdReader::Fill(News* news) const {
   news->id = id_;
-  news->leader = leader_;
+  news->leader = news->more ? Leader{} : leader_;
   news->floor = floor_;
   news->log_end = std::max(log_end_, floor_);
 }

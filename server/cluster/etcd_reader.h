@@ -33,7 +33,7 @@ class EtcdReader {
 
   struct News {
     std::string id;
-    Leader leader;
+    Leader leader;  ///< with the last portion: all before its term is known then (Page)
     Sequence floor = 1;
     Sequence log_end = 1;             ///< Page::next
     std::vector<StoredGroup> groups;  ///< those in pieces without their records

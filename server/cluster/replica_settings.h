@@ -18,6 +18,7 @@ struct ReplicaSettings {
   uint64_t heartbeat_ms = 50;  ///< also: how much later the next in order takes over, and the pause
                                ///< after a request without an answer
   uint64_t suspect_ms = 300;   ///< a leader that gives no sign for that long is suspected
+  uint64_t meet_ms = 1'500;    ///< one that was not heard yet: to connect may take so long
   uint64_t group_ms = 5;       ///< groups are begun at least this far apart
   size_t group_bytes = size_t{64} << 10;  ///< of a group, unless one event is larger
 };

@@ -21,7 +21,7 @@ Page PageOf(const Leader& leader, std::vector<Group> groups = {}, Sequence floor
 }
 
 ReplicaSettings SettingsOf(const std::string& node) {
-  return {.node = node, .nodes = {"a", "b", "c"}};
+  return {.node = node, .nodes = {"a", "b", "c"}, .meet_ms = 300};
 }
 
 // What Next says at that time to one that was asked often before, and then had nothing else to do.

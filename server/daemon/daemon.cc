@@ -21,6 +21,7 @@
 #include "server/core/engine/service/service.h"
 #include "server/daemon/audit.h"
 #include "server/daemon/captures.h"
+#include "server/daemon/cluster_member.h"
 #include "server/daemon/describe.h"
 #include "server/daemon/field_saver.h"
 #include "server/daemon/http_front_end.h"
@@ -58,6 +59,13 @@ size_t CountRobots(const engine::Engine& engine) {
   return count;
 }
 
+// Equal where a link's index means the same.
+uint64_t LinksHash(const config::Config& config) {
+  engine::EngineConfig links;
+  links.links = config.engine.links;
+  return engine::FiguresOf(links).hash;
+}
+
 }  // namespace
 
 class Daemon::Impl {
@@ -72,9 +80,10 @@ class Daemon::Impl {
         reporter_(strand_),
         releaser_(strand_),
         journal_(std::move(journal)),
-        field_clock_(journal_->start_ms()),
+        member_(MakeMember(config)),
         service_(
-            journal_->log(), [this] { return ReadClocks(); }, journal_->start_ms(),
+            log(), [this] { return ReadSystemClocks(); },
+            member_ != nullptr ? journal_->last_ms() : journal_->start_ms(),
             journal_->TakeEngine()),
         saver_(
             &service_, [this] { return FieldTime(); }, std::move(save_field)),
@@ -85,7 +94,7 @@ class Daemon::Impl {
         record_at_start_(config.capture.start),
         config_(std::move(config), std::move(reload), &service_, &captures_),
         control_({.service = &service_,
-                  .log = journal_->log(),
+                  .log = log(),
                   .router = &router_,
                   .links = &links_.links(),
                   .trackers = &links_.trackers(),
@@ -105,7 +114,8 @@ class Daemon::Impl {
                         return changed;
                       },
                   .snapshot = [this](auto done) { MakeSnapshot(std::move(done)); },
-                  .is_kept = !journal_->folder().empty()}),
+                  .is_kept = !journal_->folder().empty(),
+                  .cluster = member_ != nullptr ? std::optional(member_->live()) : std::nullopt}),
         edits_({.name = "an edit"}),
         operations_({.name = "an operation"}),
         audit_(&control_, journal_->folder()),
@@ -115,6 +125,9 @@ class Daemon::Impl {
       std::this_thread::sleep_for(journal_->IsBehind() ? kBetweenPortionsBehind : kBetweenPortions);
     });
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
+    if (member_ != nullptr) {
+      service_.OnChange([this](const engine::Event& event) { return member_->Forward(event); });
+    }
     service_.OnArrival([this](const engine::GoalEnded& arrival) {
       boost::asio::post(strand_,
                         [this, arrival] { spdlog::info("{}", control_.TellArrival(arrival)); });
@@ -123,14 +136,20 @@ class Daemon::Impl {
 
   int Run() {
     std::signal(SIGPIPE, SIG_IGN);  // writing to a closed connection is an error value here
+    if (member_ != nullptr) {
+      signals_.Start();  // it may wait for the others
+    }
     if (!BeginWithTheState() || !BeginToRecord()) {
-      journal_->Stop(service_.StateHash());
-      return kMisconfigured;
+      EndJournal();
+      signals_.End();
+      return stopping_ ? 0 : kMisconfigured;
     }
     (void)control_.TellRefusals();  // those of before the start were told then
     boost::asio::post(strand_, [this] { Tick(); });
     ReportTrouble();
-    signals_.Start();
+    if (member_ == nullptr) {
+      signals_.Start();
+    }
     // First: a second server beside a running one must not drive its robots.
     const bool started = front_end_.Open() && links_.Start();
     if (started) {
@@ -153,27 +172,35 @@ class Daemon::Impl {
     edits_.Close();
     control_.Stop();
     front_end_.Close();
+    if (member_ != nullptr) {
+      member_->Stop();
+    }
     captures_.Finish();
     // A failed start must not replace the file saved by an earlier run.
-    const bool saved = !started || saver_.SaveAtEnd();
-    const bool kept = journal_->Stop(service_.StateHash());
+    const bool saved = !started || must_restart_ || saver_.SaveAtEnd();
+    const bool kept = EndJournal();
     Summarise();
     signals_.End();
-    return started && saved && kept ? 0 : 1;
+    return started && saved && kept && !must_restart_ ? 0 : 1;
   }
 
  private:
   // The journal's threads run from here on, since a large configuration is written to the log while
   // it is applied; then the configuration is that of the state.
   bool BeginWithTheState() {
-    journal_->Start(
-        [this] {
-          if (!release_posted_.exchange(true)) {
-            boost::asio::post(strand_, [this] { Release(); });
-          }
-        },
-        [this] { return journal::ServiceState::Freeze(&service_); });
-    const Status configured = config_.TakeAtStart(journal_->state_lost());
+    journal_->Start([this] { ReleaseSoon(); },
+                    [this] { return journal::ServiceState::Freeze(&service_); });
+    if (member_ != nullptr) {
+      const Status begun = BeginInTheCluster();
+      if (!begun.ok()) {
+        spdlog::critical("cluster: {}", begun.error());
+        return false;
+      }
+      if (stopping_ || follows_at_start_) {
+        return !stopping_;
+      }
+    }
+    const Status configured = config_.TakeAtStart(member_ == nullptr && journal_->state_lost());
     if (!configured.ok()) {
       spdlog::critical("{}", configured.error());
       if (!journal_->folder().empty()) {
@@ -187,12 +214,72 @@ class Daemon::Impl {
     return configured.ok();
   }
 
+  std::unique_ptr<ClusterMember> MakeMember(const config::Config& config) const {
+    return config.cluster
+               ? std::make_unique<ClusterMember>(*config.cluster, LinksHash(config),
+                                                 journal_->log(), journal_->last_sequence())
+               : nullptr;
+  }
+
+  engine::OrderedLog* log() { return member_ != nullptr ? member_->log() : journal_->log(); }
+
+  // A server that follows has the configuration of the one that leads.
+  Status BeginInTheCluster() {
+    PHEROMONE_TRY_STATUS(member_->Start(
+        {.service = &service_,
+         .deliver = [this](const std::vector<engine::Outgoing>& out) { router_.Deliver(out); },
+         .committed = [this] { ReleaseSoon(); },
+         .restart =
+             [this](const std::string& why) {
+               spdlog::error("cluster: {}; this process ends, to start again from its journal",
+                             why);
+               must_restart_ = true;
+               member_->Interrupt();
+               boost::asio::post(strand_, [this] { Stop(); });
+             },
+         .change =
+             [this](const cluster::OperatorChange& change,
+                    const std::function<void(cluster::OperatorResult)>& done) {
+               control_.Accept(change, done);
+             },
+         .halt = [this] { return control_.HaltHere(); }}));
+    switch (member_->AwaitBegin()) {
+      case ClusterMember::Begun::kStopped:
+        stopping_ = true;
+        break;
+      case ClusterMember::Begun::kLeads:
+        service_.ResumeAt(journal_->start_ms());
+        break;
+      case ClusterMember::Begun::kFollows:
+        follows_at_start_ = true;
+        if (service_.Inspect([](const engine::Engine& it) { return it.shared_config(); }) !=
+            engine::SharedConfig(config_.Get().engine)) {
+          spdlog::warn(
+              "cluster: this machine's configuration differs from the one in effect, which is that "
+              "of the server that leads; make the files equal");
+        }
+        break;
+    }
+    return Ok();
+  }
+
+  bool EndJournal() {
+    const bool is_whole = member_ == nullptr || (!must_restart_ && member_->is_committed());
+    return journal_->Stop(is_whole ? std::optional(service_.StateHash()) : std::nullopt);
+  }
+
   bool BeginToRecord() {
     const Status recording = record_at_start_ ? captures_.Start() : Ok();
     if (!recording.ok()) {
       spdlog::critical("cannot record: {}", recording.error());
     }
     return recording.ok();
+  }
+
+  void ReleaseSoon() {
+    if (!release_posted_.exchange(true)) {
+      boost::asio::post(strand_, [this] { Release(); });
+    }
   }
 
   // Sends answers whose changes have become durable.
@@ -203,16 +290,8 @@ class Daemon::Impl {
     router_.Deliver(out);
   }
 
-  // The service's clock; each reading is kept so that the field time is also known between events.
-  // Under the service's lock.
-  engine::ClockReading ReadClocks() {
-    const engine::ClockReading reading = ReadSystemClocks();
-    field_clock_.Read(reading);
-    return reading;
-  }
-
   // The present field time. Under the service's lock.
-  uint64_t FieldTime() { return field_clock_.Read(ReadSystemClocks()).field_time_ms; }
+  uint64_t FieldTime() { return service_.FieldTimeInside(); }
 
   void BeReady() {
     told_ = DescribeState();
@@ -233,8 +312,20 @@ class Daemon::Impl {
   void StopFor(int signal) {
     boost::asio::post(strand_, [this, signal] {
       spdlog::info("{}: stopping", signal == SIGINT ? "interrupted" : "terminated");
-      Stop();
+      if (member_ == nullptr || !operations_.Add([this] { HandOverAndStop(); })) {
+        Stop();
+      }
     });
+    if (member_ != nullptr) {
+      member_->Interrupt();
+    }
+  }
+
+  // Another server leads before the robots here have to go elsewhere.
+  void HandOverAndStop() {
+    service_manager::Stopping();
+    member_->HandOver();
+    boost::asio::post(strand_, [this] { Stop(); });
   }
 
   void ReloadSoon() {
@@ -405,9 +496,11 @@ class Daemon::Impl {
   boost::asio::steady_timer reporter_;
   boost::asio::steady_timer releaser_;
   bool releasing_ = false;
+  bool follows_at_start_ = false;
+  std::atomic<bool> must_restart_{false};
   std::unique_ptr<JournalOwner> journal_;
   std::atomic<bool> release_posted_{false};
-  engine::FieldClock field_clock_;
+  std::unique_ptr<ClusterMember> member_;  // null: this server is alone
   engine::Service service_;
   FieldSaver saver_;
   links::LinkRouter router_;

@@ -116,6 +116,8 @@ Status JournalOwner::OpenFolder() {
   if (!engine_.configured()) {
     spdlog::info("journal: {} is new", folder_name_);
   } else {
+    last_ms_ = found.stamp.field_time_ms;
+    last_sequence_ = engine_.sequence();
     start_ms_ = engine::FieldClock::ResumeAt(found.stamp, ReadSystemClocks().utc_ms,
                                              config_.evaporate_while_down);
     spdlog::info("journal: {} resumed after sequence {}, {} s of field time later", folder_name_,
@@ -272,7 +274,7 @@ void JournalOwner::EndThreads() {
   }
 }
 
-bool JournalOwner::Stop(uint64_t state_hash) {
+bool JournalOwner::Stop(std::optional<uint64_t> state_hash) {
   EndThreads();
   const Status closed = journal_ != nullptr ? journal_->Close(state_hash) : Ok();
   if (!closed.ok()) {

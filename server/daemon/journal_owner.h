@@ -48,6 +48,10 @@ class JournalOwner {
   engine::Engine TakeEngine() { return std::move(engine_); }
   /// The field time to resume with.
   uint64_t start_ms() const { return start_ms_; }
+  /// The last event.
+  uint64_t last_sequence() const { return last_sequence_; }
+  /// Its field time.
+  uint64_t last_ms() const { return last_ms_; }
   /// Whether acknowledged changes may be missing.
   bool state_lost() const { return state_lost_; }
   /// Empty: nothing is kept.
@@ -62,8 +66,9 @@ class JournalOwner {
   /// `on_durable` is called by a thread of its own when more has become durable. Both are used
   /// until Stop returns.
   void Start(std::function<void()> on_durable, Freeze freeze);
-  /// Writes the rest. `state_hash` is that of the final state. False if not everything is durable.
-  bool Stop(uint64_t state_hash);
+  /// Writes the rest. `state_hash` is that of the final state, if the journal has all of its
+  /// events. False if not everything is durable.
+  bool Stop(std::optional<uint64_t> state_hash);
 
   /// Makes a snapshot of the present state or a later one: requests during a snapshot share the
   /// next one. `done` is called once, by a thread of the journal, and must not block; it is called
@@ -97,6 +102,8 @@ class JournalOwner {
   std::unique_ptr<journal::LocalJournal> journal_;
   engine::Engine engine_;
   uint64_t start_ms_ = 0;
+  uint64_t last_ms_ = 0;
+  uint64_t last_sequence_ = 0;
   bool state_lost_ = false;
 
   uint64_t stalled_us_ = 0;  // as last reported; 0: not stalled

@@ -39,7 +39,8 @@ LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
                                .log = LogOfLink,
                                .tap = tap,
                                .aside = ports_.get_executor(),
-                               .backoff = {.seed = random()}}));
+                               .backoff = {.seed = random()}},
+                              config.cluster ? config.cluster->node : ""));
     required_.push_back(config.links[i].required);
     router->Add(links_.back().get());
   }

@@ -1,5 +1,6 @@
 #include "server/daemon/make_link.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -36,10 +37,28 @@ links::GpsToMap GpsToMapAround(const std::optional<maps::Wgs84>& datum) {
   };
 }
 
+// A link whose port is at another server of the cluster.
+class LinkElsewhere final : public links::Link {
+ public:
+  LinkElsewhere(links::LinkConfig config, links::LinkContext context)
+      : Link(std::move(config), std::move(context)) {}
+
+  Status Start() override {
+    record()->SetDown("at node " + this->config().on.front());
+    return Ok();
+  }
+  void Stop() override {}
+  void Send(std::vector<engine::Outgoing> /*messages*/) override {}  // its own server does
+};
+
 }  // namespace
 
 std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, links::LinkConfig config,
-                                      links::LinkContext context) {
+                                      links::LinkContext context, const std::string& node) {
+  const std::vector<std::string>& on = config.on;
+  if (!on.empty() && std::find(on.begin(), on.end(), node) == on.end()) {
+    return std::make_unique<LinkElsewhere>(std::move(config), std::move(context));
+  }
   switch (config.kind) {
     case links::LinkKind::kPty:
       config.path = config::AbsolutePath(config.path);

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include <boost/asio/io_context.hpp>
 
@@ -12,8 +13,9 @@
 
 namespace pheromone::daemon {
 
+/// `node` is this server's in its cluster; a link that only others have sends and hears nothing.
 std::unique_ptr<links::Link> MakeLink(boost::asio::io_context& io, links::LinkConfig config,
-                                      links::LinkContext context);
+                                      links::LinkContext context, const std::string& node);
 
 /// `datum` is the geographic position of the map's (0, 0), if configured. `service` outlives the
 /// tracker.

@@ -348,7 +348,9 @@ void Service::AnswerForwarded(LinkIndex link, const Message& message, std::vecto
 // An operator's change: its sequence number in the log.
 Result<uint64_t> Service::ChangeNow(const Event& event, std::vector<Outgoing>* out) {
   if (Change(StampNow(), event, out) != Reason::kNone) {
-    return Error{"the log does not accept changes at present"};
+    const std::string trouble = log_->Trouble();
+    return Error{"the log does not accept changes at present" +
+                 (trouble.empty() ? "" : ": " + trouble)};
   }
   return engine_.sequence();
 }

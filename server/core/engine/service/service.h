@@ -227,6 +227,9 @@ class Service {
     return engine_.ReleaseMemory();
   }
 
+  /// The present field time. Under the lock: inside of `look`, or from a thread that it calls.
+  uint64_t FieldTimeInside() { return StampNow().field_time_ms; }
+
   ServiceCounters counters() const;
   uint64_t StateHash() const;
 

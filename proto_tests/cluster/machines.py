@@ -1,0 +1,172 @@
+"""The machines of a cluster, on this one: members of etcd, and servers that share their log.
+
+    with Machines(bin_dir, folder, nodes="ab") as machines:
+        leader = machines.leader()
+        machines.kill(leader)
+        machines.start(leader)
+
+Etcd and servers listen on loopback, at ports that were free. Each server has a folder of its own, with
+its configuration, its journal and its log.
+"""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from asking_robot import check  # noqa: E402
+from operated_daemon import OperatedDaemon, await_that  # noqa: E402
+from test_config import link, map_of, pheromone, table  # noqa: E402
+
+SECRET = "0123456789abcdef" * 4 + "\n"
+
+
+def free_ports(count):
+    """Ports of loopback that nobody uses at present."""
+    sockets = [socket.socket() for _ in range(count)]
+    for it in sockets:
+        it.bind(("127.0.0.1", 0))
+    ports = [it.getsockname()[1] for it in sockets]
+    for it in sockets:
+        it.close()
+    return ports
+
+
+class Etcd:
+    """Members on this machine, with the times that a cluster of one room has."""
+
+    HEARTBEAT_MS, ELECTION_MS = 30, 300
+
+    def __init__(self, folder, members=3):
+        program = shutil.which("etcd")
+        check(program, "no etcd on this machine: apt-get install etcd-server")
+        ports = free_ports(2 * members)
+        self.clients = [f"http://127.0.0.1:{port}" for port in ports[:members]]
+        peers = [f"http://127.0.0.1:{port}" for port in ports[members:]]
+        cluster = ",".join(f"m{i}={peer}" for i, peer in enumerate(peers))
+        self.commands = [[program, "--name", f"m{i}", "--data-dir", folder / f"m{i}",
+                          "--listen-client-urls", self.clients[i],
+                          "--advertise-client-urls", self.clients[i],
+                          "--listen-peer-urls", peers[i], "--initial-advertise-peer-urls", peers[i],
+                          "--initial-cluster", cluster, "--initial-cluster-state", "new",
+                          "--pre-vote", "--heartbeat-interval", str(self.HEARTBEAT_MS),
+                          "--election-timeout", str(self.ELECTION_MS), "--log-level", "error",
+                          "--logger", "zap"] for i in range(members)]
+        self.log = folder / "etcd.log"
+        self.processes = [None] * members
+        for i in range(members):
+            self.start(i)
+
+    def start(self, member):
+        with open(self.log, "ab") as log:
+            self.processes[member] = subprocess.Popen(self.commands[member], stdout=log, stderr=log)
+
+    def kill(self, member):
+        self.processes[member].kill()
+        self.processes[member].wait()
+
+    def close(self):
+        for process in self.processes:
+            process.send_signal(signal.SIGCONT)
+            process.kill()
+            process.wait()
+
+
+class Machines:
+    """`config` is added to that of all servers."""
+
+    def __init__(self, bin_dir, folder, nodes="ab", config=None):
+        self.bin_dir, self.nodes = bin_dir, nodes
+        self.folders = {node: folder / node for node in nodes}
+        self.etcd = Etcd(folder)
+        self.ports = dict(zip(nodes, free_ports(len(nodes))))
+        self.robots = dict(zip(nodes, free_ports(len(nodes))))
+        self.daemons = {}
+        for node in nodes:
+            self.folders[node].mkdir()
+            (self.folders[node] / "secret").write_text(SECRET)
+            (self.folders[node] / "secret").chmod(0o600)
+            (self.folders[node] / "test.toml").write_text(self.config(node, config))
+        try:
+            self.start(*nodes)
+            await_that(self.are_connected, "the servers are connected")
+        except BaseException:
+            self.close()
+            raise
+
+    def config(self, node, more):
+        return ((more or map_of(10.0, 10.0) + pheromone(1, "trail", tau_s=60.0))
+                + link("udp", "udp", listen=f"127.0.0.1:{self.robots[node]}")
+                + table("journal", folder="state")
+                + table("cluster", name="test", node=node, engine=self.etcd.clients,
+                        nodes={it: f"127.0.0.1:{port}" for it, port in self.ports.items()},
+                        secret_file="secret"))
+
+    def start(self, *nodes):
+        """All of them at once: the first that is up may need the others."""
+        for node in nodes:
+            self.daemons[node] = OperatedDaemon(self.bin_dir, self.folders[node])
+
+    def kill(self, node):
+        self.daemons[node].kill()
+
+    def running(self):
+        return {node: it for node, it in self.daemons.items() if it.process.poll() is None}
+
+    def status(self, node, with_hash=False):
+        status, text = self.daemons[node].call("GET", f"/api/v1/status{'?hash=1' * with_hash}")
+        check(status == 200, f"{node}: {status} {text}")
+        return json.loads(text)
+
+    def role(self, node):
+        return self.status(node)["cluster"]["role"]
+
+    def are_connected(self):
+        return all(peer["up"] for node in self.running()
+                   for peer in self.status(node)["cluster"]["peers"]
+                   if peer["node"] in self.running())
+
+    def leader(self):
+        """The one that leads, once there is one."""
+        found = []
+
+        def look():
+            found[:] = [node for node in self.running() if self.role(node) == "leads"]
+            return len(found) == 1
+        await_that(look, "a server leads")
+        return found[0]
+
+    def await_equal(self):
+        """Until all that run have the same state; it."""
+        hashes = {}
+
+        def look():
+            for node in self.running():
+                status = self.status(node, True)
+                hashes[node] = (status["sequence"], status["state_hash"])
+            return len(set(hashes.values())) == 1
+        await_that(look, "all have the same state")
+        return next(iter(hashes.values()))
+
+    def address(self, node):
+        return f"udp:127.0.0.1:{self.robots[node]}"
+
+    def close(self):
+        for it in self.daemons.values():
+            if it.process.poll() is None:
+                it.process.send_signal(signal.SIGCONT)
+                it.kill()
+        self.etcd.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()

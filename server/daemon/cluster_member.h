@@ -1,0 +1,115 @@
+// One server of a cluster: the thread, sockets and timers around server/cluster.
+//
+//   ClusterMember member(settings, links_hash, journal->log(), last_sequence);
+//   engine::Service service(member.log(), ...);
+//   Status begun = member.Start({.service = &service, ...});
+//   switch (member.AwaitBegin()) ...         // until this server leads or follows
+//   ...
+//   member.HandOver();                       // an orderly stop: another server leads at once
+//   member.Stop();
+//
+// Thread-safe from Start to Stop, which one thread calls.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "server/base/result.h"
+#include "server/cluster/cluster.h"
+#include "server/cluster/cluster_log.h"
+#include "server/cluster/peers.h"
+#include "server/cluster/replicated_log.h"
+#include "server/config/config.h"
+#include "server/core/engine/service/service.h"
+#include "server/daemon/live_control.h"
+
+namespace pheromone::daemon {
+
+class ClusterMember {
+ public:
+  /// `local` is this machine's journal, up to `last`; it outlives the member.
+  ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash,
+                engine::OrderedLog* local, uint64_t last);
+  ClusterMember(const ClusterMember&) = delete;
+  ClusterMember& operator=(const ClusterMember&) = delete;
+  ~ClusterMember();
+
+  engine::OrderedLog* log() { return &log_; }
+  const std::string& node() const { return settings_.node; }
+
+  /// Outlive the member; called by its thread.
+  struct Uses {
+    engine::Service* service = nullptr;
+    std::function<void(const std::vector<engine::Outgoing>&)> deliver;
+    std::function<void()> committed;  ///< answers may be released
+    /// The process has to begin again from its journal.
+    std::function<void(const std::string& why)> restart;
+    std::function<void(const cluster::OperatorChange&,
+                       std::function<void(cluster::OperatorResult)>)>
+        change;
+    std::function<std::vector<std::string>()> halt;  ///< halts the robots here
+  };
+  /// Errors: the other servers cannot reach this one.
+  Status Start(Uses uses);
+
+  enum class Begun {
+    kLeads,    ///< and the state may have no configuration yet
+    kFollows,  ///< a state with a configuration
+    kStopped,  ///< Interrupt was called
+  };
+  /// Waits until the log says so, and tells progress to the service manager.
+  Begun AwaitBegin();
+  void Interrupt();
+
+  /// For the service, which calls under its lock.
+  bool Forward(const engine::Event& event) { return cluster_->Forward(event); }
+  LiveCluster live();
+
+  /// Lets another server lead, and waits for that a short while; then nothing that was made here is
+  /// uncommitted, if all is well.
+  void HandOver();
+  /// Whether the journal has, or will have, all that the service has applied.
+  bool is_committed() const { return log_.DurableSequence() == log_.appended(); }
+  void Stop();
+
+ private:
+  void Wake();
+  void WakeAt(uint64_t at_ms);
+  void Send(const std::string& to, cluster::PeerMessage message);
+  control::ClusterView View() const;
+  void HaltPeers();
+  void StepDown(const std::string& successor, const control::Control::Done& done);
+
+  const config::ClusterSettings settings_;
+  engine::OrderedLog* const local_;
+  Uses uses_;
+  boost::asio::io_context io_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
+  boost::asio::steady_timer timer_;
+  std::thread thread_;
+  cluster::ClusterLog log_;
+  std::unique_ptr<cluster::ReplicatedLog> replicated_;
+  std::unique_ptr<cluster::Peers> peers_;
+  std::unique_ptr<cluster::Cluster> cluster_;
+  std::atomic<bool> wakes_{false};
+  std::atomic<size_t> sending_{0};
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  // Under mutex_:
+  bool interrupted_ = false;
+  std::vector<cluster::PeerState> peer_states_;
+};
+
+}  // namespace pheromone::daemon
