@@ -1,0 +1,457 @@
+#!/usr/bin/env python3
+"""A cluster under faults: what was acknowledged is in the log, once and in order, whatever dies.
+
+    faults_test.py BIN_DIR TESTS_DIR                      some faults, for the gate
+    faults_test.py BIN_DIR TESTS_DIR --faults 200         two hundred, one every 2 to 8 s
+    faults_test.py BIN_DIR TESTS_DIR --plant              answers before the log has them: to be found
+    faults_test.py BIN_DIR TESTS_DIR --leader-kills 50 --csv FILE    silences and latencies
+
+Two machines with etcd and pheromoned, one with etcd only, in network namespaces (network.py); robots
+over UDP and TCP with two servers, with one, and on a terminal; operators at both servers. `--seed` makes
+the same schedule again; it is printed. histories.py judges; what it says is wrong makes the exit status
+1, and `--keep FOLDER` keeps journals, histories and logs. Nothing is asserted about how long anything
+takes: latencies, silences and the times of halts are printed.
+"""
+
+import argparse
+import csv
+import datetime
+import pathlib
+import random
+import re
+import signal
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from attach_test import Program  # noqa: E402
+from cluster import histories  # noqa: E402
+from cluster.network import can_make  # noqa: E402
+from cluster.scene import FLOOR, SERVERS, TCP, UDP, WITNESS, Call, Scene  # noqa: E402
+from operated_daemon import await_that  # noqa: E402
+
+SKIPPED = 77
+AGAIN_S = 60  # that robots may take until everything is answered, once all is healed
+HALT_S = 0.1
+
+
+class Faults:
+    """Each method makes a fault of its name, for `s` seconds, and returns when it heals and how."""
+
+    def __init__(self, scene):
+        self.scene = scene
+
+    def _leader(self):
+        return self.scene.leader() or SERVERS[0]
+
+    def _follower(self):
+        return SERVERS[1] if self._leader() == SERVERS[0] else SERVERS[0]
+
+    def _kill(self, s, *processes):
+        for it in processes:
+            it.kill(time.monotonic() + s)
+
+    def kill_leader(self, s, _):
+        self._kill(s, self.scene.servers[self._leader()])
+
+    def kill_follower(self, s, _):
+        self._kill(s, self.scene.servers[self._follower()])
+
+    def end_leader(self, _s, _choice):
+        self.scene.servers[self._leader()].end()
+
+    def end_follower(self, _s, _choice):
+        self.scene.servers[self._follower()].end()
+
+    def kill_etcd(self, s, choice):
+        self._kill(s, self.scene.etcds[choice.choice(SERVERS + WITNESS)])
+
+    def kill_leader_machine(self, s, _):
+        it = self._leader()
+        self._kill(s, self.scene.servers[it], self.scene.etcds[it])
+
+    def kill_follower_machine(self, s, _):
+        it = self._follower()
+        self._kill(s, self.scene.servers[it], self.scene.etcds[it])
+
+    def kill_all(self, s, _):
+        self._kill(s, *self.scene.servers.values(), *self.scene.etcds.values())
+
+    def stop_leader(self, s, _):
+        self.scene.servers[self._leader()].stop(time.monotonic() + s)
+
+    def stop_follower(self, s, _):
+        self.scene.servers[self._follower()].stop(time.monotonic() + s)
+
+    def stop_etcd(self, s, choice):
+        self.scene.etcds[choice.choice(SERVERS + WITNESS)].stop(time.monotonic() + s)
+
+    def stop_leader_machine(self, s, _):
+        it = self._leader()
+        for one in (self.scene.servers[it], self.scene.etcds[it]):
+            one.stop(time.monotonic() + s)
+
+    def _cut(self, *pairs):
+        for of, to in pairs:
+            self.scene.network.cut(of, to)
+        return lambda: [self.scene.network.mend(of, to) for of, to in pairs]
+
+    def _others(self, it):
+        return [other for other in SERVERS + WITNESS if other != it]
+
+    def cut_leader_off(self, _s, _choice):
+        it = self._leader()
+        return self._cut(*[(it, other) for other in self._others(it) + [FLOOR]],
+                         *[(other, it) for other in self._others(it) + [FLOOR]])
+
+    def cut_leader_from_machines(self, _s, _choice):
+        it = self._leader()
+        return self._cut(*[(it, other) for other in self._others(it)],
+                         *[(other, it) for other in self._others(it)])
+
+    def cut_leader_one_way(self, _s, choice):
+        it = self._leader()
+        pairs = [(it, other) for other in self._others(it)]
+        return self._cut(*(pairs if choice.random() < 0.5 else [(to, of) for of, to in pairs]))
+
+    def cut_follower_off(self, _s, _choice):
+        it = self._follower()
+        return self._cut(*[(it, other) for other in self._others(it)],
+                         *[(other, it) for other in self._others(it)])
+
+    def cut_pair(self, _s, choice):
+        of, to = choice.sample(SERVERS + WITNESS, 2)
+        return self._cut((of, to), (to, of))
+
+    def cut_pair_one_way(self, _s, choice):
+        return self._cut(tuple(choice.sample(SERVERS + WITNESS, 2)))
+
+    def cut_robots(self, _s, choice):
+        it = choice.choice(SERVERS)
+        return self._cut((FLOOR, it), (it, FLOOR))
+
+    def fill_disk(self, _s, choice):
+        full = self.scene.folder / choice.choice(SERVERS) / "sick" / "full"
+        full.touch()
+        return lambda: full.unlink(missing_ok=True)
+
+    def set_clock(self, _s, choice):
+        ahead = self.scene.folder / choice.choice(SERVERS) / "ahead"
+        ahead.write_text(str(choice.choice([-3600, 3600])))
+        return lambda: ahead.write_text("0")
+
+    def reload(self, _s, choice):
+        tau_s = choice.choice([50.0, 60.0, 70.0])
+        for it in SERVERS:
+            self.scene.write_config(it, tau_s)
+        self._call(choice.choice(SERVERS), "/api/v1/reload")
+
+    def step_down(self, _s, _choice):
+        self._call(self._leader(), "/api/v1/step-down")
+
+    def _call(self, node, target):
+        try:
+            return self.scene.call(node, "POST", target, {})[0]
+        except Call:
+            return 0
+
+
+KINDS = [it for it in vars(Faults) if not it.startswith("_")]
+SHORT = ["kill_leader", "cut_leader_off", "stop_leader", "kill_etcd", "kill_leader_machine"]
+
+
+def schedule(seed, count, pause_s=(2.0, 8.0), kinds=None):
+    """(pause before it in s, kind, its length in s, a seed for its choices) of each."""
+    choice = random.Random(seed)
+    kinds = list(kinds or KINDS)
+    bag = []
+    for _ in range(count):
+        if not bag:
+            bag = kinds[:]
+            choice.shuffle(bag)
+        kind = bag.pop()
+        yield (round(choice.uniform(*pause_s), 2), kind, round(choice.uniform(0.3, 8.0), 2),
+               choice.randrange(1 << 30))
+
+
+class Run:
+    def __init__(self, scene, planned, history):
+        self.scene, self.planned, self.history = scene, planned, history
+        self.faults = Faults(scene)
+        self.heals = []   # (when, how)
+        self.halts = []   # (when, at which server, servers that it reaches)
+        self.made = []    # (when, kind)
+
+    def wait(self, s):
+        end = time.monotonic() + s
+        while (left := end - time.monotonic()) > 0:
+            time.sleep(min(left, 0.05))
+            self.heal_due()
+
+    def heal_due(self, all_of_them=False):
+        now = time.monotonic()
+        for it in [it for it in self.heals if all_of_them or it[0] <= now]:
+            self.heals.remove(it)
+            it[1]()
+
+    def run(self):
+        for number, (pause_s, kind, length_s, seed) in enumerate(self.planned, 1):
+            self.wait(pause_s)
+            begin = time.monotonic()
+            print(f"{begin:.2f} fault {number}: {kind}, {length_s} s", flush=True)
+            with self.scene.lock:
+                self.made.append((begin, kind))
+            how = getattr(self.faults, kind)(length_s, random.Random(seed))
+            if how:
+                self.heals.append((begin + length_s, how))
+        self.wait(3.0)
+        self.heal_due(all_of_them=True)
+        self.scene.heal()
+
+    def halt(self):
+        """Until the end, at either server in turn."""
+        number = 0
+        while not self.scene.ending.wait(1.3):
+            number += 1
+            node = SERVERS[number % 2]
+            before, at = self._reached(node), time.monotonic()
+            try:
+                status, _ = self.scene.call(node, "POST", "/api/v1/halt", {})
+            except Call:
+                continue
+            if status == 200:
+                self.halts.append((at, node, before & self._reached(node)))
+
+    def _reached(self, node):
+        """The servers, this one too, that it reaches, and from which robots are."""
+        with self.scene.lock:
+            network = self.scene.network
+            return {it for it in SERVERS if self.scene.servers[node].runs()
+                    and self.scene.servers[it].runs()
+                    and (it == node or (network.passes(node, it) and network.passes(it, node)))
+                    and network.passes(it, FLOOR) and network.passes(FLOOR, it)}
+
+
+def robots_at(history, halts):
+    """Of each halt, the robots that were at a server that it reached: those that had been answered
+    there within the second before, and stayed."""
+    by_robot = {}
+    for it in history:
+        if it["what"] in ("answer", "moved"):
+            by_robot.setdefault(it["robot"], []).append(it)
+    own = {"0:5": "a", "0:6": "b", "2:7": "a", "2:8": "b"}
+    backwards = {"0:2", "1:4"}
+    found = []
+    for at, _, reached in halts:
+        robots = []
+        for robot, lines in by_robot.items():
+            before = [it for it in lines if at - 1.0 <= it["t"] < at]
+            after = [it for it in lines if at <= it["t"] < at + 0.5]
+            if not before or before[-1]["what"] != "answer" or any(it["what"] == "moved" for it in after):
+                continue
+            order = SERVERS[::-1] if robot in backwards else SERVERS
+            node = own.get(robot, order[before[-1]["server"] % 2])
+            if node in reached:
+                robots.append(robot)
+        found.append((at, robots))
+    return found
+
+
+def judge(run, folder, is_complete):
+    """What is wrong, and prints figures."""
+    scene, program = run.scene, run.scene.tests_dir / "replayed_journal"
+    history = histories.read(run.history)
+    hashed = {sequence for _, sequence, _ in scene.statuses}
+    journals = {it: histories.Journal(program, folder / it / "state", hashed) for it in SERVERS}
+    wrong = [] if is_complete else ["the servers did not come to the same state"]
+    for it, journal in journals.items():
+        wrong += histories.check_journal(it, journal)
+    wrong += histories.check_equal(journals)
+    longest = max(journals.values(), key=lambda it: len(it.lines))
+    wrong += histories.check_robots(history, longest)
+    wrong += histories.check_operators(scene.edits, longest)
+    wrong += histories.check_hashes(scene.statuses, longest)
+    for it in SERVERS:
+        wrong += [f"{scene.servers[it].name} ended with status {status}"
+                  for status in scene.servers[it].endings if status not in (0, 1)]
+    answered = histories.latencies(history)
+    found = histories.halt_delays(robots_at(history, run.halts), history)
+    delays = [it[-1] for it in found]
+    late = sum(it > HALT_S for it in delays)
+    times = sorted(it for _, it in answered)
+    print(f"{len(run.made)} faults; {len(longest.lines)} events; {len(answered)} changes of robots "
+          f"acknowledged, {sum(status == 200 for *_, status in scene.edits)} of {len(scene.edits)} edits; "
+          f"{len(hashed)} hashes told; {len(scene.leaders)} leaders seen; servers ended by themselves "
+          f"{sum(len(it.endings) for it in scene.servers.values())} times")
+    print(f"changes: p50 {1000 * histories.quantile(times, 0.5):.0f} ms, p99 "
+          f"{1000 * histories.quantile(times, 0.99):.0f} ms, longest {1000 * max(times, default=0):.0f} ms")
+    print(f"halts: {len(run.halts)}, to {len(delays)} robots: p50 "
+          f"{1000 * histories.quantile(delays, 0.5):.1f} ms, {late} later than {1000 * HALT_S:.0f} ms, "
+          f"{sum(it == float('inf') for it in delays)} never")
+    for at, robot, delay in found:
+        if delay > HALT_S:
+            last = max((it for it in run.made if it[0] < at), default=(0, "-"))
+            node = next(it[1] for it in run.halts if it[0] == at)
+            print(f"  late: at {at:.2f} from {node} to {robot} {delay:.2f} s, {at - last[0]:.2f} s after "
+                  f"{last[1]}")
+    return wrong
+
+
+def run_faults(options, planned, folder):
+    """What is wrong after these faults."""
+    planned = list(planned)
+    print(f"seed {options.seed}: {len(planned)} faults", flush=True)
+    history = folder / "robots.jsonl"
+    with Scene(options.bin_dir, options.tests_dir, folder) as scene:
+        scene.begin_robots(options.seed, history)
+        scene.begin_operators()
+        run = Run(scene, planned, history)
+        scene.begin(run.halt)
+        run.run()
+        is_complete = scene.end_robots(AGAIN_S)
+        is_complete = scene.await_equal(AGAIN_S) and is_complete
+    return judge(run, folder, is_complete)
+
+
+def run_plant(options, folder):
+    """Server a releases answers that the log does not have, and dies: whether that is found."""
+    history = folder / "robots.jsonl"
+    with Scene(options.bin_dir, options.tests_dir, folder, lies=True) as scene:
+        scene.begin_robots(options.seed, history)
+        scene.servers["b"].kill(time.monotonic() + 2.0)
+        await_that(lambda: scene.leader() == "a" and scene.status("b")["cluster"]["role"] == "follows",
+                   "a leads and b follows")
+        time.sleep(1.0)
+        scene.lie()
+        time.sleep(1.0)
+        scene.servers["a"].kill(float("inf"))
+        await_that(lambda: scene.leader() == "b", "b leads")
+        time.sleep(1.0)
+        scene.end_robots(5.0)
+        scene.servers["b"].kill(float("inf"))
+        journal = histories.Journal(options.tests_dir / "replayed_journal", folder / "b" / "state", ())
+    wrong = [it for it in histories.check_robots(histories.read(history), journal) if "is lost" in it]
+    print(f"planted: {len(wrong)} acknowledged changes are lost, as they should be; "
+          + (wrong[0] if wrong else "none was found"))
+    return [] if wrong else ["the planted fault was not found"]
+
+
+class Drivers:
+    """Real robots between simulated Pioneers and the servers, which drive and lay trails."""
+
+    def __init__(self, scene, bin_dir):
+        self.robots, self.pioneers = [], []
+        for number, (kind, lays) in enumerate(
+                [(kind, lays) for kind in ("udp", "tcp") for lays in (False, True)], 21):
+            pioneer = Program(*scene.network.command(FLOOR, [
+                bin_dir / "pheromone-swarm", "pioneer", "--model", "p3dx-sh", "--tcp", "0"]))
+            self.pioneers.append(pioneer)
+            pioneer.await_line("Ctrl-C ends it")
+            port = int(pioneer.lines[0].split("127.0.0.1:")[1].split(";")[0])
+            modems = [word for it in SERVERS for word in (
+                "--modem", f"{'udp:' * (kind == 'udp')}{scene.network.address(it)}:"
+                           f"{UDP if kind == 'udp' else TCP}")]
+            self.robots.append((kind, lays, Program(*scene.network.command(FLOOR, [
+                bin_dir / "pheromone-robot", "--robot", f"127.0.0.1:{port}", *modems, "--start", "5", "5",
+                "0", "--speed", "50", "--id", str(number), "--released", *["--lay-trail"] * lays]))))
+
+    def end(self):
+        """(kind, lays a trail, longest silence in s, fail-safe stops) of each."""
+        found = []
+        for kind, lays, robot in self.robots:
+            robot.end(signal.SIGTERM)
+            text = robot.text()
+            found.append((kind, lays, float(re.search(r"longest time without an answer ([\d.]+)", text)[1]),
+                          int(re.search(r"(\d+) fail-safe stops", text)[1]),
+                          [float(it) for it in re.findall(r"answers, ([\d.]+) s after", text)]))
+        for it in self.pioneers:
+            it.kill()
+        return found
+
+
+def run_kills(options, folder):
+    """Kills the leader again and again, each time when both servers are well; measures."""
+    rows, history = [], folder / "robots.jsonl"
+    with Scene(options.bin_dir, options.tests_dir, folder) as scene:
+        scene.begin_robots(options.seed, history)
+        drivers = Drivers(scene, options.bin_dir)
+        for _, _, robot in drivers.robots:
+            robot.await_line(" drives")
+        run = Run(scene, [], history)
+        kills = []
+        for number in range(options.leader_kills):
+            await_that(lambda: scene.leader() and all(
+                scene.status(it)["cluster"]["role"] in ("leads", "follows") for it in SERVERS),
+                "both are well")
+            run.wait(2.0)
+            kills.append(time.monotonic())
+            getattr(run.faults, options.only or "kill_leader")(2.5, random.Random(number))
+            run.wait(2.5)
+        run.wait(2.0)
+        is_complete = scene.end_robots(AGAIN_S)
+        driven = drivers.end()
+        is_complete = scene.await_equal(AGAIN_S) and is_complete
+    wrong = judge(run, folder, is_complete)
+    lines = histories.read(history)
+    pairs = {"0:1", "0:2", "1:3", "1:4"}
+    over = [[latency for at, latency in histories.latencies(lines) if t - latency <= at < t + 2.0
+             and at + latency > t] for t in kills]
+    waits = [it for some in over for it in some]
+    longest = [max(some, default=0.0) for some in over]
+    silences = [it["s"] for it in lines if it["what"] == "silence" and it["robot"] in pairs]
+    what = options.only or "kill_leader"
+    table = [(what, len(kills), "changes in the 2 s after it", len(waits), waits),
+             (what, len(kills), "longest wait of a change, of each kill", len(longest), longest),
+             (what, len(kills), "silence of a stranger with two servers, from 0.2 s", len(silences), silences)]
+    for kind, lays, silence, stops, moves in driven:
+        table.append((what, len(kills), f"pheromone-robot {kind}{' lays a trail' * lays}: silence at moves; "
+                      f"{stops} fail-safe stops; longest {silence:.3f} s", len(moves), moves))
+    for fault, count, figure, of, values in table:
+        rows.append([options.date, fault, count, figure, of,
+                     *[f"{1000 * histories.quantile(values, share):.0f}" for share in (0.5, 0.99, 1.0)]])
+        print(", ".join(map(str, rows[-1])))
+    if options.csv:
+        is_new = not options.csv.exists()
+        with open(options.csv, "a", encoding="ascii", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            if is_new:
+                writer.writerow(["date", "fault", "faults", "figure", "values", "p50_ms", "p99_ms",
+                                 "max_ms"])
+            writer.writerows(rows)
+    return wrong
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("bin_dir", type=lambda it: pathlib.Path(it).resolve())
+    parser.add_argument("tests_dir", type=lambda it: pathlib.Path(it).resolve())
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--faults", type=int, default=0)
+    parser.add_argument("--only", help="kinds of faults, with commas between")
+    parser.add_argument("--plant", action="store_true", help="answers that the log does not have")
+    parser.add_argument("--leader-kills", type=int, default=0, help="measure in so many")
+    parser.add_argument("--csv", type=pathlib.Path, help="add the figures to this file")
+    parser.add_argument("--date", default=str(datetime.date.today()))
+    parser.add_argument("--keep", type=pathlib.Path, help="an empty folder, for everything")
+    options = parser.parse_args()
+    if not can_make():
+        print("skipped: network namespaces need root and iproute2")
+        return SKIPPED
+    kinds = options.only.split(",") if options.only else KINDS
+    planned = (schedule(options.seed, options.faults, kinds=kinds) if options.faults
+               else schedule(options.seed, len(SHORT), (1.5, 2.5), SHORT))
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.keep or pathlib.Path(temporary)
+        folder.mkdir(exist_ok=True)
+        wrong = (run_plant(options, folder) if options.plant
+                 else run_kills(options, folder) if options.leader_kills
+                 else run_faults(options, planned, folder))
+    for it in wrong[:40]:
+        print(f"WRONG: {it}")
+    print(f"{len(wrong)} things are wrong" if wrong else "ok")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

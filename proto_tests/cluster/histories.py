@@ -1,0 +1,163 @@
+"""Compares what robots, operators and servers saw with the journals: the checker of faults_test.py.
+
+    wrong = check_histories(Run(...))       # a list of texts, empty if all is as it must be
+
+It believes nobody: a robot's history is what went over its line, and what a journal holds is found by
+applying its events again (replayed_journal), apart from any server.
+"""
+
+import bisect
+import collections
+import json
+import subprocess
+
+
+class Journal:
+    """The events of one, applied again."""
+
+    def __init__(self, program, folder, hashed):
+        made = subprocess.run([program, folder, *map(str, sorted(hashed))], capture_output=True,
+                              text=True, check=False)
+        self.error = made.stderr.strip() if made.returncode else ""
+        self.lines = made.stdout.splitlines()
+        self.events = [line.split("\t") for line in self.lines]
+
+    def requests(self):
+        """(sequence, link:id, body, answers) of each."""
+        for it in self.events:
+            if it[4] == "request":
+                yield int(it[0]), f"{it[5]}:{int(it[6][:2], 16)}", it[6], it[7:]
+
+    def hashes(self):
+        return {int(it[0]): it[3] for it in self.events if it[3] != "-"}
+
+
+MUTATING = (0x2, 0x3, 0x6)
+MUTATING_OPCODES = (0x43, 0x44, 0x45, 0x52)
+
+
+def is_change(body):
+    opcode = int(body[2:4], 16)
+    return opcode >> 4 in MUTATING or opcode in MUTATING_OPCODES
+
+
+def check_journal(name, journal):
+    if journal.error:
+        yield f"journal of {name}: {journal.error}"
+    before = 0
+    epochs = set()
+    for it in journal.events:
+        if int(it[1]) < before:
+            yield f"journal of {name}: field time {it[1]} ms of event {it[0]} after {before} ms"
+        before = int(it[1])
+        epochs.add(it[2])
+    if len(epochs) != 1:
+        yield f"journal of {name}: epochs {sorted(epochs)}, expected one"
+
+
+def check_equal(journals):
+    (first, a), (second, b) = journals.items()
+    for i, (here, there) in enumerate(zip(a.lines, b.lines), 1):
+        if here != there:
+            yield f"event {i} differs: {first} has {here!r}, {second} has {there!r}"
+            return
+    if len(a.lines) != len(b.lines):
+        yield f"{first} has {len(a.lines)} events, {second} {len(b.lines)}"
+
+
+def check_robots(history, journal):
+    sent = collections.defaultdict(list)
+    answers = {}
+    epochs = set()
+    for it in history:
+        if it["what"] == "sent":
+            sent[it["robot"]].append(it["body"])
+        elif it["what"] == "answer":
+            answers[it["robot"], it["body"]] = it["answer"]
+        elif it["what"] == "hello":
+            epochs.add(it["epoch"])
+        elif it["what"] == "wrong":
+            yield f"robot {it['robot']} at {it['t']}: {it['why']}"
+    if len(epochs) != 1:
+        yield f"robots were told epochs {sorted(epochs)}, expected one"
+    logged = collections.defaultdict(list)
+    for sequence, robot, body, made in journal.requests():
+        if is_change(body):
+            logged[robot].append((body, sequence, made))
+    for robot, bodies in sent.items():
+        counts = collections.Counter(body for body, _, _ in logged[robot])
+        for body in bodies:
+            acknowledged = (robot, body) in answers
+            if counts[body] > 1:
+                yield f"robot {robot}: {body} was applied {counts[body]} times"
+            if acknowledged and counts[body] == 0:
+                yield f"robot {robot}: {body} was acknowledged and is lost"
+            if not acknowledged:
+                yield f"robot {robot}: {body} was never answered"
+        order = [body for body, _, _ in logged[robot]]
+        expected = [body for body in bodies if body in counts]
+        if order != expected:
+            yield f"robot {robot}: the log has its changes in another order"
+        for body, sequence, made in logged[robot]:
+            answer = answers.get((robot, body))
+            if answer is not None and answer not in made:
+                yield (f"robot {robot}: {body}, event {sequence}, was answered by {answer}, the "
+                       f"replay's answer is {' '.join(made)}")
+    for robot in set(logged) - set(sent):
+        yield f"robot {robot} has changes in the log that it never sent"
+
+
+def check_operators(edits, journal):
+    """`edits`: (x_um, y_um, status) of each, of which no two are at one place."""
+    counts = collections.Counter((int(it[5]), int(it[6])) for it in journal.events if it[4] == "edit")
+    for x_um, y_um, status in edits:
+        count = counts[x_um, y_um]
+        if count > 1:
+            yield f"the edit at {x_um} {y_um} um was made {count} times"
+        if status == 200 and count != 1:
+            yield f"the edit at {x_um} {y_um} um was acknowledged and is lost"
+    for place in set(counts) - {(x, y) for x, y, _ in edits}:
+        yield f"the edit at {place} um was made by nobody"
+
+
+def check_hashes(statuses, journal):
+    """`statuses`: (node, sequence, hash) that servers told of committed states."""
+    found = journal.hashes()
+    for node, sequence, told in statuses:
+        if sequence in found and found[sequence] != told:
+            yield f"{node} told hash {told} after event {sequence}, the replay has {found[sequence]}"
+
+
+def halt_delays(halts, history):
+    """(t, robot, s until it came) for each robot of each halt, (t, robots to be reached)."""
+    came = collections.defaultdict(list)
+    for it in history:
+        if it["what"] == "halt":
+            came[it["robot"]].append(it["t"])
+    found = []
+    for t, robots in halts:
+        for robot in robots:
+            at = bisect.bisect_left(came[robot], t)
+            delay = came[robot][at] - t if at < len(came[robot]) else float("inf")
+            found.append((t, robot, delay))
+    return found
+
+
+def read(path):
+    with open(path, encoding="ascii") as file:
+        return [json.loads(line) for line in file]
+
+
+def quantile(values, share):
+    return sorted(values)[min(len(values) - 1, int(share * len(values)))] if values else float("nan")
+
+
+def latencies(history):
+    """Of each change, (when it was sent, the time until its answer)."""
+    begun, found = {}, []
+    for it in history:
+        if it["what"] == "sent":
+            begun[it["robot"]] = it["t"]
+        elif it["what"] == "answer" and it["robot"] in begun:
+            found.append((begun[it["robot"]], it["t"] - begun[it["robot"]]))
+    return found

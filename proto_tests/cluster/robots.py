@@ -1,0 +1,304 @@
+#!/usr/bin/env python3
+"""Robots of a cluster, which keep what they have sent, and what was acknowledged, in a file.
+
+    robots.py SEED HISTORY LINK:ID:ADDRESS,ADDRESS...       until "end" is read from standard input
+
+LINK is the link's index in the configuration. An ADDRESS is udp:HOST:PORT, tcp:HOST:PORT, or the path
+of a terminal. Each robot repeats a change until it is answered, with SENSE between the repetitions, and
+goes on to its next server by the rules of protocol/README.md, section 8. After "end" no change is
+begun, and the program ends when none waits. Lines of the history are JSON:
+
+    {"t": s, "robot": "LINK:ID", "what": "sent",   "body": HEX}            a change, for the first time
+    {"t": s, "robot": "LINK:ID", "what": "answer", "body": HEX, "answer": HEX, "server": n}
+    {"t": s, "robot": "LINK:ID", "what": "hello",  "epoch": n, "last_seq": n}
+    {"t": s, "robot": "LINK:ID", "what": "halt",   "server": n}
+    {"t": s, "robot": "LINK:ID", "what": "silence", "s": s}                between answers, from 0.2 s
+    {"t": s, "robot": "LINK:ID", "what": "moved",  "server": n, "why": text}
+    {"t": s, "robot": "LINK:ID", "what": "wrong",  "why": text}
+
+where t is time.monotonic(), which all processes of a machine share.
+"""
+
+import contextlib
+import json
+import os
+import pathlib
+import random
+import select
+import socket
+import struct
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from stranger.client import InUse, answer_in, open_terminal  # noqa: E402
+from stranger.wire import (BUSY, EVERYBODY, HALT, PAD, Decoder, NotAMessage, build,  # noqa: E402
+                           build_hello, encode, parse)
+
+READ_ONLY, SAY_HELLO = 8, 6
+REPEAT_S, QUERY_EVERY_S, THINK_S = 0.2, 0.1, 0.12
+SILENT_S, QUERY_SILENT_S, STUCK_S, LISTED_SILENCE_S = 0.15, 0.04, 3.0, 0.2
+TAG, TRAIL = 0, 1
+CENTRE = 5000  # of the map, in mm
+
+
+class Robot:
+    def __init__(self, link, number, addresses, seed, tell):
+        self.name, self.number, self.addresses = f"{link}:{number}", number, addresses
+        self.random = random.Random(f"{seed}/{self.name}")
+        self._tell = tell
+        self.fd, self.server, self.connecting = -1, 0, False
+        self.decoder = Decoder()
+        self.nonce = self.random.randrange(1, 65536)
+        self.epoch, self.next_seq, self.count = None, 0, 0
+        self.hello_due = 0.0
+        self.change, self.change_at, self.change_since, self.change_due = None, 0.0, 0.0, 0.0
+        self.query, self.query_at = None, 0.0
+        self.unanswered_at = None  # the first request without a frame after it
+        self.asked_at = None       # the same, of queries and HELLO
+        self.heard_at = time.monotonic()
+        self.answered_at = None
+        self.retry_at = 0.0
+        self.is_registered = False
+        self.ends = False
+
+    def tell(self, what, **more):
+        self._tell({"t": round(time.monotonic(), 4), "robot": self.name, "what": what, **more})
+
+    # --- The line
+
+    def connect(self, now):
+        address = self.addresses[self.server]
+        self.decoder = Decoder()
+        self.connecting = False
+        try:
+            if not address.startswith(("udp:", "tcp:")):
+                self.fd = open_terminal(address).fd
+                os.set_blocking(self.fd, False)
+            else:
+                kind, host, port = address.split(":")
+                one = socket.socket(type=socket.SOCK_DGRAM if kind == "udp" else socket.SOCK_STREAM)
+                one.setblocking(False)
+                if kind == "tcp":
+                    one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                    one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+                with contextlib.suppress(BlockingIOError):
+                    one.connect((host, int(port)))
+                self.connecting = kind == "tcp"
+                self.fd = one.detach()
+        except (OSError, InUse) as error:
+            self.retry_at = now + 0.05
+            if len(self.addresses) > 1:
+                self.go_on(now, str(error))
+
+    def close(self):
+        if self.fd >= 0:
+            os.close(self.fd)
+        self.fd = -1
+
+    def go_on(self, now, why):
+        self.close()
+        self.server = (self.server + 1) % len(self.addresses)
+        self.retry_at = now + 0.05
+        self.unanswered_at = self.asked_at = None
+        self.change_due = 0.0  # at once
+        self.query = None
+        self.change_since = now
+        if len(self.addresses) > 1:
+            self.tell("moved", server=self.server, why=why)
+            self.hello_due = min(self.hello_due, now)
+
+    def send(self, body, now, is_query):
+        if self.unanswered_at is None:
+            self.unanswered_at = now
+        if is_query and self.asked_at is None:
+            self.asked_at = now
+        try:
+            os.write(self.fd, PAD + encode(body))
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            self.go_on(now, str(error))
+
+    def is_ready(self):
+        """Something can be read, or the connection was made."""
+        now = time.monotonic()
+        if self.connecting:
+            with socket.socket(fileno=os.dup(self.fd)) as one:
+                error = one.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+            if error:
+                self.go_on(now, os.strerror(error))
+                return
+            self.connecting = False
+            self.change_due = 0.0
+            return
+        try:
+            data = os.read(self.fd, 4096)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self.go_on(now, str(error))
+            return
+        if not data:
+            self.go_on(now, "closed")
+            return
+        for body in self.decoder.feed(data):
+            self.hear(body, now)
+
+    # --- The conversation
+
+    def hear(self, body, now):
+        if body[0] not in (self.number, EVERYBODY):
+            return
+        try:
+            message = parse(body)
+        except NotAMessage as error:
+            self.tell("wrong", why=f"no message: {error}")
+            return
+        if message.name == "COMMAND":
+            if message.fields["code"] == HALT:
+                self.tell("halt", server=self.server)
+            if body[0] == self.number:
+                self.send(build("COMMAND_ACK", self.number, seq=message.fields["seq"],
+                                code=message.fields["code"], result=0), now, False)
+            return
+        self.unanswered_at = self.asked_at = None
+        self.heard_at = now
+        if self.query and answer_in(body, self.query):
+            self.query = None
+            self.answered(now)
+        elif message.name == "HELLO_ANSWER" and message.fields["nonce"] == self.nonce:
+            self.greeted(message.fields, now)
+        elif self.change and answer_in(body, self.change):
+            self.change_answered(body, message, now)
+
+    def answered(self, now):
+        if self.answered_at is not None and now - self.answered_at >= LISTED_SILENCE_S:
+            self.tell("silence", s=round(now - self.answered_at, 4))
+        self.answered_at = now
+
+    def greeted(self, fields, now):
+        self.hello_due = float("inf")
+        self.tell("hello", epoch=fields["epoch"], last_seq=fields["last_seq"])
+        if self.epoch is None:
+            self.next_seq = (fields["last_seq"] + 1) % 256
+        elif self.epoch != fields["epoch"]:
+            self.tell("wrong", why=f"epoch {fields['epoch']} after {self.epoch}")
+        elif self.change is None and (fields["last_seq"] + 1) % 256 != self.next_seq:
+            self.tell("wrong", why=f"the server has seq {fields['last_seq']} as the last one of this "
+                                   f"robot, which goes on with {self.next_seq}")
+        self.epoch = fields["epoch"]
+
+    def change_answered(self, body, message, now):
+        if message.name == "ERROR":
+            reason = message.fields["reason"]
+            if reason in (BUSY, READ_ONLY):
+                self.change_due = now + REPEAT_S / 2
+                return
+            if reason == SAY_HELLO:
+                self.tell("wrong", why=f"has to say hello, {self.change.hex()}")
+                self.hello_due = min(self.hello_due, now)
+                self.change_due = now + REPEAT_S
+                return
+        self.tell("answer", body=self.change.hex(), answer=body.hex(), server=self.server)
+        if message.name == "SYMBOL_ANSWER":
+            self.is_registered = True
+        if message.name != "ERROR":
+            self.answered(now)
+        self.change = None
+        self.change_due = now + THINK_S * (0.5 + self.random.random())
+
+    def next_change(self):
+        """Each is another one, also where seq is the same."""
+        self.count += 1
+        x, y = 500 + self.count % 9000, 500 + self.random.randrange(9000)
+        kind = self.random.randrange(10)
+        common = {"client_id": self.number, "seq": self.next_seq}
+        self.next_seq = (self.next_seq + 1) % 256
+        if not self.is_registered:
+            return build("SYMBOL", **common, kind=1, number=0, text=f"robot {self.name}".encode())
+        if kind < 5:
+            return build("TRACE", **common, type=TRAIL, x=x, y=y, heading=self.count % 65536)
+        if kind < 7:
+            return build("DEPOSIT", **common, type=TRAIL, x=x, y=y, quanta=1)
+        if kind < 9:
+            return build("WRITE", **common, x=CENTRE, y=CENTRE, tag=TAG, slot=255,
+                         flags=self.random.randrange(2), expected=0, lease_s=self.random.randrange(3),
+                         time=0, subject_namespace=0, subject=self.number, predicate_namespace=0,
+                         predicate=self.random.randrange(1, 3), object_namespace=0, object=self.count)
+        return build("EVENT", **common, code=self.random.randrange(1, 3),
+                     argument=self.count % 30000)
+
+    def step(self, now):
+        if self.fd < 0:
+            if now >= self.retry_at:
+                self.connect(now)
+            return
+        if len(self.addresses) > 1:
+            if self.unanswered_at is not None and now - self.unanswered_at > SILENT_S:
+                return self.go_on(now, "silent")
+            if self.asked_at is not None and now - self.asked_at > QUERY_SILENT_S and not self.connecting:
+                return self.go_on(now, "silent")
+            if self.change and self.epoch is not None and now - self.change_since > STUCK_S:
+                return self.go_on(now, "stuck")
+        elif self.unanswered_at is not None and now - self.unanswered_at > 2.0 and \
+                not self.addresses[0].startswith("udp:"):
+            return self.go_on(now, "silent")  # the terminal may be another one by now
+        if self.connecting:
+            if self.unanswered_at is None:
+                self.unanswered_at = now
+            return
+        if self.change is None and now >= self.hello_due:
+            self.hello_due = now + (1.0 if self.epoch is not None else REPEAT_S)
+            self.send(build_hello(self.number, self.nonce), now, False)
+        if self.epoch is None or self.fd < 0:
+            return
+        if self.query is None or now - self.query_at >= QUERY_EVERY_S:
+            if now - self.query_at >= QUERY_EVERY_S:
+                self.query = build("SENSE", self.number, type=TRAIL, x=CENTRE, y=CENTRE, heading=0)
+                self.query_at = now
+                self.send(self.query, now, True)
+        if self.fd < 0 or now < self.change_due:
+            return
+        if self.change is None:
+            if self.ends:
+                return
+            self.change = self.next_change()
+            self.change_since = now
+            self.tell("sent", body=self.change.hex())
+        self.change_due = now + REPEAT_S
+        self.send(self.change, now, False)
+
+
+def main():
+    seed, path, *what = sys.argv[1:]
+    with open(path, "w", encoding="ascii", buffering=1) as history:
+        def tell(line):
+            history.write(json.dumps(line) + "\n")
+        robots = []
+        for text in what:
+            link, number, addresses = text.split(":", 2)
+            robots.append(Robot(int(link), int(number), addresses.split(","), seed, tell))
+        ends = False
+        while not ends or any(robot.change for robot in robots):
+            lines = {robot.fd: robot for robot in robots if robot.fd >= 0}
+            reading = [fd for fd, robot in lines.items() if not robot.connecting]
+            writing = [fd for fd, robot in lines.items() if robot.connecting]
+            readable, writable, _ = select.select(reading + ([0] if not ends else []), writing, [], 0.01)
+            if 0 in readable:
+                readable.remove(0)
+                ends = True
+                for robot in robots:
+                    robot.ends = True
+            for fd in readable + writable:
+                if lines[fd].fd == fd:
+                    lines[fd].is_ready()
+            now = time.monotonic()
+            for robot in robots:
+                robot.step(now)
+        for robot in robots:
+            robot.close()
+
+
+if __name__ == "__main__":
+    main()
