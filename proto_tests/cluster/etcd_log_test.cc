@@ -120,6 +120,24 @@ class EtcdLogTest : public testing::Test {
     return std::make_unique<Relay>(&harness_->io(), Members().endpoints()[member]);
   }
 
+  // Past the log.
+  bool Put(const std::string& key, const std::string& value) {
+    const auto client = std::make_shared<EtcdClient>(
+        harness_->io().get_executor(), Members().endpoints(), milliseconds(1000), nullptr);
+    TxnRequest request;
+    request.success.Put(key, value);
+    std::optional<bool> is_put;
+    boost::asio::co_spawn(
+        harness_->io(),
+        [&]() -> boost::asio::awaitable<void> {
+          const std::string path = kTxnPath;
+          const std::string body = request.Text();
+          is_put = (co_await client->Call(path, body)).ok();
+        },
+        boost::asio::detached);
+    return harness_->RunUntil([&] { return is_put.has_value(); }) && *is_put;
+  }
+
  private:
   std::unique_ptr<EtcdHarness> harness_;
 };
@@ -331,20 +349,7 @@ TEST_F(EtcdLogTest, AStoredGroupThatIsDamagedIsAnErrorThatNamesItsKey) {
   const Term term = leader.TakeLead(0, "a").value().term;
   ASSERT_EQ(leader.Append(MakeGroup(term, 1, 2)), Appended::kCommitted);
   const std::string key = EtcdKeys(settings().cluster).Log(3);
-  const auto client = std::make_shared<EtcdClient>(
-      harness()->io().get_executor(), Members().endpoints(), milliseconds(1000), nullptr);
-  bool is_written = false;
-  boost::asio::co_spawn(
-      harness()->io(),
-      [&]() -> boost::asio::awaitable<void> {
-        TxnRequest request;
-        request.success.Put(key, "nonsense");
-        const std::string path = kTxnPath;
-        const std::string body = request.Text();
-        is_written = (co_await client->Call(path, body)).ok();
-      },
-      boost::asio::detached);
-  ASSERT_TRUE(harness()->RunUntil([&] { return is_written; }));
+  ASSERT_TRUE(Put(key, "nonsense"));
   Follower follower(harness(), 1);
   ASSERT_TRUE(harness()->RunUntil([&] { return !follower.errors().empty(); }));
   EXPECT_EQ(follower.groups().size(), 1u);
@@ -352,6 +357,17 @@ TEST_F(EtcdLogTest, AStoredGroupThatIsDamagedIsAnErrorThatNamesItsKey) {
   EXPECT_TRUE(follower.errors().front().ends_with(": key " + key +
                                                   ": a group of 8 bytes, expected at least 21"))
       << follower.errors().front();
+}
+
+// Its revisions, and so the terms, begin anew.
+TEST_F(EtcdLogTest, AnotherClusterInItsPlaceFencesALeader) {
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").value().term;
+  const Group group = MakeGroup(term, 1, 2);
+  ASSERT_EQ(leader.Append(group), Appended::kCommitted);
+  ASSERT_TRUE(Put(EtcdKeys(settings().cluster).id(), "another"));
+  EXPECT_EQ(leader.Append(MakeGroup(term, 3, 2)), Appended::kFenced);
+  EXPECT_EQ(leader.Append(group), Appended::kFenced);
 }
 
 }  // namespace
