@@ -212,6 +212,13 @@ TEST(Replica, IsDeposedByANewLeaderIfSomethingIsUncommitted) {
   EXPECT_EQ(actions.own, 1u);
 }
 
+TEST(Replica, IsDeposedByANewLeaderThatHasWrittenNothingYet) {
+  Replica replica = LeaderOfTerm6();
+  replica.Submit(3, "p");
+  replica.OnPage(PageOf({7, "b"}), 1110);
+  EXPECT_TRUE(replica.Next(1110).is_deposed);
+}
+
 TEST(Replica, FollowsANewLeaderIfAllWasCommitted) {
   Replica replica = LeaderOfTerm6();
   replica.Submit(3, "p");
