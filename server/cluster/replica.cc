@@ -16,7 +16,7 @@ void Replica::OnHeartbeat(const std::string& from, const Heartbeat& heartbeat, u
 }
 
 void Replica::OnPage(const Page& page, uint64_t now_ms) {
-  if (is_deposed_ || gap_ != LogGap::kNone) {
+  if (is_deposed_) {
     return;
   }
   if (!page_next_) {
@@ -31,7 +31,6 @@ void Replica::OnPage(const Page& page, uint64_t now_ms) {
   if (gap_ != LogGap::kNone) {
     is_deposed_ = is_deposed_ || !queue_.empty();
     election_.Bar();
-    return;
   }
   const Term known = election_.leader().term;
   election_.OnLeader(page.leader, now_ms);
