@@ -5,12 +5,14 @@
 
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "client_fw/attach/attached_robot.h"
 #include "client_fw/attach/connection.h"
 #include "client_fw/attach/rate_search.h"
 #include "client_fw/attach/reporter.h"
+#include "client_fw/attach/servers.h"
 #include "client_fw/boards/host/real_time.h"
 
 namespace pheromone::attach {
@@ -27,15 +29,16 @@ class Attachment {
   explicit Attachment(const AttachOptions& options)
       : options_(options),
         port_(options.robot),
-        modem_(options.modem),
+        servers_(options.servers, options.client.id),
         robot_(options.client),
         rates_(options.robot.baud),
-        reporter_(&port_, &modem_, &robot_) {}
+        reporter_(&port_, &servers_, &robot_) {}
 
   // What is not there may come; whoever has it does not expect us.
   Status Open() {
-    for (Connection* connection : {&port_, &modem_}) {
-      connection->Advance(now_ms_);
+    port_.Advance(now_ms_);
+    servers_.Advance(now_ms_);
+    for (const Connection* connection : {&std::as_const(port_), &servers_.connection()}) {
       if (connection->in_use()) {
         return Error{connection->address().text + ": " + connection->trouble()};
       }
@@ -61,7 +64,7 @@ class Attachment {
   void Turn() {
     now_ms_ = (MonotonicNs() - start_ns_) / kNsPerMs;
     port_.Advance(now_ms_);
-    modem_.Advance(now_ms_);
+    servers_.Advance(now_ms_);
     if (port_.address().kind != Address::Kind::kSerial && openings_ != port_.openings()) {
       openings_ = port_.openings();
       robot_.OnRobotConnected();
@@ -74,13 +77,17 @@ class Attachment {
       robot_.OnRobotBytes(bytes);
     }
     for (int i = 0; i < kMaxReads; ++i) {
-      const std::span<const uint8_t> bytes = modem_.Read(now_ms_);
+      const std::span<const uint8_t> bytes = servers_.Read(now_ms_);
       if (bytes.empty()) {
         break;
       }
       robot_.OnModemBytes(bytes);
     }
-    if (sending_ && modem_.drained(now_ms_)) {
+    servers_.Choose(now_ms_);
+    if (servers_.TakeNewEpoch()) {
+      robot_.GreetAgain();
+    }
+    if (sending_ && servers_.connection().drained(now_ms_)) {
       sending_ = false;
       robot_.OnFrameSent();
     }
@@ -88,11 +95,12 @@ class Attachment {
     robot_.Step(static_cast<uint32_t>(now_ms_));
     port_.Write(robot_.TakeCommands(), now_ms_);
     if (const std::vector<uint8_t> frame = robot_.TakeFrame(); !frame.empty()) {
-      modem_.Write(frame, now_ms_);
+      servers_.Write(frame, now_ms_);
       sending_ = true;
     }
-    std::array<pollfd, 2> waited = {{{port_.descriptor(), port_.poll_events(), 0},
-                                     {modem_.descriptor(), modem_.poll_events(), 0}}};
+    std::array<pollfd, 2> waited = {
+        {{port_.descriptor(), port_.poll_events(), 0},
+         {servers_.connection().descriptor(), servers_.connection().poll_events(), 0}}};
     poll(waited.data(), waited.size(), 1);
   }
 
@@ -127,7 +135,7 @@ class Attachment {
 
   const AttachOptions& options_;
   Connection port_;
-  Connection modem_;
+  Servers servers_;
   AttachedRobot robot_;
   RateSearch rates_;
   Reporter reporter_;

@@ -2,7 +2,7 @@
 //
 //   AttachOptions options;
 //   options.robot = ParseAddress("192.168.1.7:8101", 9600).value();
-//   options.modem = ParseAddress("udp:192.168.1.2:4951", 9600).value();
+//   options.servers = {ParseAddress("udp:192.168.1.2:4951", 9600).value()};
 //   options.client.start = ...;
 //   const Result<bool> stands = Attach(options, StopOnSignals());
 //
@@ -11,6 +11,7 @@
 
 #include <csignal>
 #include <cstdint>
+#include <vector>
 
 #include "client_fw/attach/address.h"
 #include "client_fw/core/steering/parameters.h"
@@ -20,7 +21,7 @@ namespace pheromone::attach {
 
 struct AttachOptions {
   Address robot;
-  Address modem;
+  std::vector<Address> servers;  ///< ways to the server; of several, all UDP or all TCP (Servers)
   client::Parameters client;
   int64_t duration_ms = 0;      ///< 0: until it is told to stop
   int64_t status_every_ms = 0;  ///< a line about pose, intensities and wheels; 0: none

@@ -44,6 +44,8 @@ class AttachedRobot {
   void OnRobotConnected();
   void OnRobotBytes(std::span<const uint8_t> bytes);
   void OnModemBytes(std::span<const uint8_t> bytes);
+  /// The server is another one, which does not know this robot.
+  void GreetAgain() { robot_.GreetAgain(); }
 
   /// Milliseconds of a clock that may wrap.
   void Step(uint32_t now_ms);

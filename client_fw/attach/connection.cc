@@ -73,10 +73,16 @@ void Connection::Open(int64_t now_ms) {
   since_ms_ = now_ms;
   const Status opened = address_.kind == Address::Kind::kSerial ? OpenSerial() : OpenSocket();
   if (!opened.ok()) {
-    Close();
-    trouble_ = opened.error();
-    next_try_ms_ = now_ms + kRetryMs;
+    Refuse(opened.error(), now_ms);
   }
+}
+
+void Connection::MoveTo(const Address& address, int64_t now_ms) {
+  Close();
+  address_ = address;
+  trouble_.clear();
+  doubtful_ = false;
+  next_try_ms_ = now_ms;
 }
 
 Status Connection::OpenSerial() {
@@ -144,9 +150,7 @@ void Connection::FinishConnect(int64_t now_ms) {
     error = ETIMEDOUT;
   }
   if (error != 0) {
-    Close();
-    trouble_ = SystemMessage(error);
-    next_try_ms_ = now_ms + kRetryMs;
+    Refuse(SystemMessage(error), now_ms);
   } else if (!connecting_) {
     ++openings_;
   }
@@ -162,8 +166,9 @@ std::span<const uint8_t> Connection::Read(int64_t now_ms) {
     doubtful_ = false;
     return {buffer_.data(), static_cast<size_t>(size)};
   }
-  // A UDP server that is not there may say so; it may come.
-  if (address_.kind != Address::Kind::kUdp && (size == 0 || !WouldBlock())) {
+  if (address_.kind == Address::Kind::kUdp) {
+    refusals_ += size < 0 && !WouldBlock() ? 1u : 0u;
+  } else if (size == 0 || !WouldBlock()) {
     Lose(size == 0 ? "closed by the other side" : SystemMessage(errno), now_ms);
   }
   return {};
@@ -176,8 +181,12 @@ void Connection::Write(std::span<const uint8_t> bytes, int64_t now_ms) {
   const bool serial = address_.kind == Address::Kind::kSerial;
   const ssize_t size = serial ? write(descriptor_.get(), bytes.data(), bytes.size())
                               : send(descriptor_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
-  if (size < 0 && !WouldBlock() && address_.kind != Address::Kind::kUdp) {
-    Lose(SystemMessage(errno), now_ms);
+  if (size < 0 && !WouldBlock()) {
+    if (address_.kind == Address::Kind::kUdp) {
+      ++refusals_;
+    } else {
+      Lose(SystemMessage(errno), now_ms);
+    }
   } else if (paced_) {
     const auto airtime_ms = static_cast<int64_t>(10'000 * bytes.size() / address_.baud + 1);
     drained_ms_ = std::max(drained_ms_, now_ms) + airtime_ms;
@@ -193,19 +202,24 @@ bool Connection::drained(int64_t now_ms) const {
 }
 
 void Connection::Lose(const std::string& why, int64_t now_ms) {
-  if (address_.kind == Address::Kind::kTcp) {
-    // What was not sent yet is forgotten: old speeds must not reach the robot later.
-    const linger forget = {1, 0};
-    setsockopt(descriptor_.get(), SOL_SOCKET, SO_LINGER, &forget, sizeof forget);
-  }
-  Close();
-  trouble_ = why;
+  Refuse(why, now_ms);
   losses_ += doubtful_ ? 0 : 1;
   doubtful_ = false;
+}
+
+void Connection::Refuse(const std::string& why, int64_t now_ms) {
+  Close();
+  trouble_ = why;
+  ++refusals_;
   next_try_ms_ = now_ms + kRetryMs;
 }
 
 void Connection::Close() {
+  if (address_.kind == Address::Kind::kTcp && descriptor_.valid()) {
+    // What was not sent yet is forgotten: old speeds must not reach the robot later.
+    const linger forget = {1, 0};
+    setsockopt(descriptor_.get(), SOL_SOCKET, SO_LINGER, &forget, sizeof forget);
+  }
   if (address_.kind == Address::Kind::kSerial && descriptor_.valid()) {
     tcflush(descriptor_.get(), TCOFLUSH);  // otherwise closing may wait for a dead device
   }

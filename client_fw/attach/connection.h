@@ -56,6 +56,8 @@ class Connection {
   void Write(std::span<const uint8_t> bytes, int64_t now_ms);
   /// Changes the rate of an open serial port, and of the next one. False: it cannot have this rate.
   bool SetBaud(uint32_t baud);
+  /// From now on with another place; what has not left for the one before is forgotten.
+  void MoveTo(const Address& address, int64_t now_ms);
   /// Everything written has left, at the bit rate of the line if it has one.
   bool drained(int64_t now_ms) const;
 
@@ -70,6 +72,9 @@ class Connection {
   uint64_t openings() const { return openings_; }
   /// How often it was lost.
   uint64_t losses() const { return losses_; }
+  /// How often a network said that nobody is there, or that the connection has ended; also of UDP,
+  /// which is up nevertheless: its server may come.
+  uint64_t refusals() const { return refusals_; }
   const Address& address() const { return address_; }
 
   /// For poll(2); the descriptor is -1 while there is none.
@@ -82,6 +87,7 @@ class Connection {
   Status OpenSocket();
   void FinishConnect(int64_t now_ms);
   void Lose(const std::string& why, int64_t now_ms);
+  void Refuse(const std::string& why, int64_t now_ms);
   void Close();
 
   Address address_;
@@ -93,6 +99,7 @@ class Connection {
   std::string trouble_;
   uint64_t openings_ = 0;
   uint64_t losses_ = 0;
+  uint64_t refusals_ = 0;
   int64_t next_try_ms_ = 0;
   int64_t since_ms_ = 0;  // the attempt began, or something was received
   int64_t drained_ms_ = 0;

@@ -1,13 +1,10 @@
 // Connections to real sockets and pseudo-terminals of this process, in a time of the test's own.
 #include "client_fw/attach/connection.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <stdlib.h>
-#include <sys/socket.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -18,42 +15,11 @@
 #include <string>
 #include <string_view>
 
+#include "client_fw/attach/testing/sockets.h"
 #include "server/base/holders.h"
 
 namespace pheromone::attach {
 namespace {
-
-constexpr int kPatienceMs = 10'000;
-
-Descriptor Bound(int type, uint16_t* port) {
-  Descriptor bound(socket(AF_INET, type, 0));
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(*port);
-  socklen_t size = sizeof address;
-  auto* const any = reinterpret_cast<sockaddr*>(&address);
-  const int yes = 1;
-  setsockopt(bound.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  EXPECT_EQ(0, bind(bound.get(), any, size));
-  EXPECT_EQ(0, getsockname(bound.get(), any, &size));
-  *port = ntohs(address.sin_port);
-  return bound;
-}
-
-class TcpServer {
- public:
-  explicit TcpServer(uint16_t port = 0) : port_(port), listener_(Bound(SOCK_STREAM, &port_)) {
-    EXPECT_EQ(0, listen(listener_.get(), 1));
-  }
-
-  Descriptor Accept() { return Descriptor(accept(listener_.get(), nullptr, nullptr)); }
-  uint16_t port() const { return port_; }
-
- private:
-  uint16_t port_;
-  Descriptor listener_;
-};
 
 // A pseudo-terminal's master; what stands in for a cable.
 struct Cable {
@@ -82,12 +48,6 @@ class Folder {
   std::filesystem::path path_;
 };
 
-Address At(const std::string& text) {
-  Result<Address> address = ParseAddress(text, 9600);
-  EXPECT_TRUE(address.ok());
-  return address.value();
-}
-
 void AwaitEvent(const Connection& connection) {
   pollfd waited = {connection.descriptor(), connection.poll_events(), 0};
   ASSERT_EQ(1, poll(&waited, 1, kPatienceMs));
@@ -110,14 +70,6 @@ std::string Received(Connection* connection, int64_t now_ms) {
 
 void Send(Connection* connection, std::string_view text, int64_t now_ms) {
   connection->Write({reinterpret_cast<const uint8_t*>(text.data()), text.size()}, now_ms);
-}
-
-std::string ReadFrom(const Descriptor& descriptor) {
-  pollfd waited = {descriptor.get(), POLLIN, 0};
-  EXPECT_EQ(1, poll(&waited, 1, kPatienceMs));
-  std::array<char, 256> buffer{};
-  const ssize_t size = read(descriptor.get(), buffer.data(), buffer.size());
-  return {buffer.data(), static_cast<size_t>(std::max<ssize_t>(size, 0))};
 }
 
 TEST(Connection, SpeaksTcpAndReturnsAfterTheOtherSideHasClosed) {

@@ -20,6 +20,7 @@
 #include "client_fw/attach/attach.h"
 #include "client_fw/attach/connection.h"
 #include "client_fw/attach/reporter.h"
+#include "client_fw/attach/servers.h"
 #include "client_fw/boards/host/real_time.h"
 #include "server/base/command_line.h"
 #include "server/base/program.h"
@@ -34,7 +35,7 @@ constexpr double kFarthestM = client::kMaxCoordinateMm / 1000.0;
 
 struct Options {
   std::string robot;
-  std::string modem;
+  std::vector<std::string> modem;
   uint32_t robot_baud = 9600;
   std::optional<uint32_t> modem_baud;
   std::array<double, 3> start{};  // x, y in m, heading in degrees
@@ -96,33 +97,39 @@ int Run(const Options& options) {
                 kWrongInput);
   }
   const uint32_t modem_baud = options.modem_baud.value_or(9600);
-  Result<Address> modem = ParseAddress(options.modem, modem_baud);
-  if (!modem.ok()) {
-    return Fail("--modem: " + modem.error(), kWrongInput);
-  }
   AttachOptions attach;
   attach.robot = std::move(robot).value();
-  attach.modem = std::move(modem).value();
-  attach.modem.paced = options.modem_baud.has_value();
+  for (const std::string& text : options.modem) {
+    Result<Address> modem = ParseAddress(text, modem_baud);
+    if (!modem.ok()) {
+      return Fail("--modem: " + modem.error(), kWrongInput);
+    }
+    attach.servers.push_back(std::move(modem).value());
+    attach.servers.back().paced = options.modem_baud.has_value();
+  }
+  if (const Status list = CheckServers(attach.servers); !list.ok()) {
+    return Fail("--modem: " + list.error(), kWrongInput);
+  }
+  const Address& modem = attach.servers.front();
   attach.client = options.client;
   attach.client.start = ToPose(options.start);
   attach.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
   attach.client.baud = modem_baud;
   // Adapters and networks deliver late and in pieces.
   attach.client.buffered_link = true;
-  const bool serial = attach.modem.kind == Address::Kind::kSerial;
-  attach.client.adapter_ms = serial ? AdapterLatencyMs(attach.modem.text) : uint8_t{0};
+  const bool serial = modem.kind == Address::Kind::kSerial;
+  attach.client.adapter_ms = serial ? AdapterLatencyMs(modem.text) : uint8_t{0};
   attach.client.rounds = serial && attach.client.adapter_ms <= kRoundsLatencyMs;
   if (serial) {
     SayLine(
-        0, fmt::format("modem {}: its adapter {}, so the robot {}", attach.modem.text,
+        0, fmt::format("modem {}: its adapter {}, so the robot {}", modem.text,
                        attach.client.adapter_ms == 0
                            ? "delivers at once"
                            : fmt::format("may hold bytes back for {} ms", attach.client.adapter_ms),
                        attach.client.rounds ? "takes turns if the server grants them"
                                             : "contends for the channel"));
   }
-  attach.client.gap_timeout_ms = attach.modem.kind == Address::Kind::kSerial ? 50 : 0;
+  attach.client.gap_timeout_ms = modem.kind == Address::Kind::kSerial ? 50 : 0;
   attach.duration_ms = static_cast<int64_t>(options.seconds * 1000);
   attach.status_every_ms = static_cast<int64_t>(options.status_s * 1000);
   std::signal(SIGPIPE,
@@ -160,8 +167,10 @@ int Main(int argc, char** argv) {
   app.add_option("--robot", options.robot, "The Pioneer: /dev/ttyUSB0, or HOST:PORT for TCP")
       ->required();
   app.add_option("--modem", options.modem,
-                 "The way to the server: a serial port, HOST:PORT for TCP, or udp:HOST:PORT")
-      ->required();
+                 "The way to the server: a serial port, HOST:PORT for TCP, or udp:HOST:PORT; once "
+                 "more for each other server of a cluster, to go on with when one is silent")
+      ->required()
+      ->allow_extra_args(false);
   app.add_option("--start", options.start,
                  "Where the robot stands on the map: x and y in m, heading in degrees "
                  "counter-clockwise from +x; 0 0 0 if the server has a [[frame]] for it")

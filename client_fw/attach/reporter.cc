@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
@@ -91,12 +92,16 @@ std::string Reporter::RobotText() {
 // When answers stop, HELLO is said again and again: what the operator has to know then is that the
 // robot stands.
 std::string Reporter::ServerText() {
-  const std::string prefix = "server " + modem_->address().text + ": ";
-  if (!modem_->up()) {
-    greeted_ = false;
-    return modem_->trouble().empty() ? "" : prefix + modem_->trouble() + "; trying again";
-  }
+  const Connection& modem = servers_->connection();
+  const std::string prefix = "server " + modem.address().text + ": ";
   const client::Conversation& conversation = robot_->conversation();
+  if (moved_ || (greeted_ && moves_ != 0 && conversation.counters().hello_answers == hellos_)) {
+    return "";  // it goes on without a HELLO
+  }
+  if (!modem.up()) {
+    greeted_ = false;
+    return modem.trouble().empty() ? "" : prefix + modem.trouble() + "; trying again";
+  }
   if (!conversation.requests().greeted) {
     return greeted_ ? server_text_ : prefix + "no answer yet; HELLO is repeated";
   }
@@ -106,8 +111,38 @@ std::string Reporter::ServerText() {
                      hello.protocol_version, hello.epoch);
 }
 
+// The silence is what counts for the robot: from one answer that it steers by to the next.
+void Reporter::LookForAnswers(int64_t now_ms) {
+  const client::Counters counters = robot_->conversation().counters();
+  if (moves_ != servers_->all_moves()) {
+    moves_ = servers_->all_moves();
+    hellos_ = counters.hello_answers;
+    moved_ = true;
+    SayIfNew(now_ms,
+             servers_->all_silent() ? "no server of the list answers; they are tried in turn"
+                                    : "server " + servers_->left() + "; trying " +
+                                          servers_->connection().address().text,
+             &move_text_);
+  }
+  if (answers_ == counters.answers) {
+    return;
+  }
+  const int64_t silence_ms = answers_ == 0 ? 0 : now_ms - answered_ms_;
+  longest_silence_ms_ = std::max(longest_silence_ms_, silence_ms);
+  if (moved_ && answers_ != 0) {
+    SayLine(now_ms, fmt::format("server {}: answers, {:.3f} s after the answer before",
+                                servers_->connection().address().text,
+                                static_cast<double>(silence_ms) / 1000));
+  }
+  moved_ = false;
+  move_text_.clear();
+  answers_ = counters.answers;
+  answered_ms_ = now_ms;
+}
+
 void Reporter::Look(int64_t now_ms) {
   SayIfNew(now_ms, RobotText(), &robot_text_);
+  LookForAnswers(now_ms);
   SayIfNew(now_ms, ServerText(), &server_text_);
   const client::Conversation& conversation = robot_->conversation();
   SayIfNew(now_ms, MotionText(conversation.state().flags, conversation.state().trail_lost),
@@ -132,9 +167,10 @@ std::string Reporter::Summary() const {
   const client::Counters& counters = robot_->conversation().counters();
   return fmt::format(
       "{} requests, {} answers, {} timeouts, {} late answers, {} errors, {} fail-safe stops; lost "
-      "the robot {} times and the modem {} times",
+      "the robot {} times and the modem {} times; longest time without an answer {:.3f} s",
       counters.requests, counters.answers, counters.timeouts, counters.late_answers,
-      counters.errors, counters.fail_safe_stops, robot_port_->losses(), modem_->losses());
+      counters.errors, counters.fail_safe_stops, robot_port_->losses(),
+      servers_->connection().losses(), static_cast<double>(longest_silence_ms_) / 1000);
 }
 
 }  // namespace pheromone::attach

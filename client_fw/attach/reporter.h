@@ -5,7 +5,7 @@
 //      0.5 s  server: HELLO answered, protocol version 1, epoch 7
 //      0.5 s  stands: halted
 //
-//   Reporter reporter(&robot_port, &modem, &robot);
+//   Reporter reporter(&robot_port, &servers, &robot);
 //   reporter.Look(now_ms);                  // every millisecond
 //
 // One thread.
@@ -16,6 +16,7 @@
 
 #include "client_fw/attach/attached_robot.h"
 #include "client_fw/attach/connection.h"
+#include "client_fw/attach/servers.h"
 
 namespace pheromone::attach {
 
@@ -33,8 +34,8 @@ std::string AlarmText(uint8_t alarms);
 class Reporter {
  public:
   /// All must outlive the reporter.
-  Reporter(const Connection* robot_port, const Connection* modem, const AttachedRobot* robot)
-      : robot_port_(robot_port), modem_(modem), robot_(robot) {}
+  Reporter(const Connection* robot_port, const Servers* servers, const AttachedRobot* robot)
+      : robot_port_(robot_port), servers_(servers), robot_(robot) {}
 
   void Look(int64_t now_ms);
 
@@ -46,15 +47,23 @@ class Reporter {
  private:
   std::string RobotText();
   std::string ServerText();
+  void LookForAnswers(int64_t now_ms);
 
   const Connection* robot_port_;
-  const Connection* modem_;
+  const Servers* servers_;
   const AttachedRobot* robot_;
   std::string robot_text_;
   std::string server_text_;
   std::string motion_text_;
+  std::string move_text_;
   bool greeted_ = false;  // since the modem is up
   bool stale_ = false;    // the session that the robot's client knows of is of before a loss
+  uint64_t moves_ = 0;    // of the servers, as told
+  unsigned hellos_ = 0;   // answered before the last of them
+  bool moved_ = false;    // and nothing to steer by has come since
+  uint32_t answers_ = 0;
+  int64_t answered_ms_ = 0;
+  int64_t longest_silence_ms_ = 0;  // between two answers
 };
 
 }  // namespace pheromone::attach
