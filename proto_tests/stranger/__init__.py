@@ -13,6 +13,7 @@ used. "Section n" is a section of that page. Python 3.11, standard library only.
 
 wire      frames and messages: bytes to fields and back (sections 1, 2, 4 and 6)
 client    a robot's conversation with the server (sections 3, 7 and 8)
+servers   its line to one of several servers by TCP or UDP (section 8)
 __main__  the same as a program; --self-test holds it against protocol/vectors
 testing   what proto_tests/stranger_test.py asks of a real server, and a model of the field
 """

@@ -4,6 +4,7 @@
     python3 proto_tests/stranger radio-a.pty ping DEADBEEF
     python3 proto_tests/stranger radio-a.pty deposit 1 1000 600 1
     python3 proto_tests/stranger radio-a.pty sense 1 1000 500 0
+    python3 proto_tests/stranger udp:10.0.0.1:4951,udp:10.0.0.2:4951 sense 1 1000 500 0
     python3 proto_tests/stranger radio-a.pty trace --wide 1 40000 500 16384
     python3 proto_tests/stranger --self-test
 
@@ -27,7 +28,8 @@ if not __package__:  # run as a folder, in the source tree, which is left as it 
     shutil.rmtree(Path(__file__).with_name("__pycache__"), ignore_errors=True)  # of this very file
     sys.path[0] = str(Path(__file__).resolve().parents[1])
     __package__ = "stranger"
-from .client import Client, InUse, NoAnswer, Refused, Smell, open_terminal  # noqa: E402
+from .client import Client, InUse, Line, NoAnswer, Refused, Smell, open_terminal  # noqa: E402
+from .servers import Servers  # noqa: E402
 
 INSTALLED = not Path(__file__).with_name("testing").is_dir()
 
@@ -39,12 +41,17 @@ def integer(text: str) -> int:
 def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog=__package__,
-        description="Talks the pheromone protocol to a server on a terminal.",
+        description="Talks the pheromone protocol to a server on a terminal, by TCP or by UDP.",
         usage="%(prog)s [--id N] [--nonce N] [--timeout SECONDS] PATH REQUEST ...",
         epilog="Options stand before PATH, but for --wide. "
         "Coordinates are pose units, headings binary angles (65536 to a turn).",
     )
-    parser.add_argument("path", nargs="?", help="the terminal, radio-a.pty for instance")
+    parser.add_argument(
+        "path",
+        nargs="?",
+        help="the terminal, radio-a.pty for instance, or HOST:PORT for TCP, or udp:HOST:PORT; with "
+        "commas between the servers of a cluster",
+    )
     if not INSTALLED:
         parser.add_argument("--self-test", action="store_true", help="check against the vectors")
     parser.add_argument("--id", type=integer, default=1, help="CLIENT_ID, 1 to 254 (default 1)")
@@ -67,6 +74,11 @@ def arguments() -> argparse.ArgumentParser:
         if "heading" in fields:
             request.add_argument("--wide", action="store_true", help="coordinates of 32 bits")
     return parser
+
+
+def open_line(path: str) -> Line:
+    """A path has a slash, or no colon."""
+    return open_terminal(path) if "/" in path or ":" not in path else Servers(path.split(","))
 
 
 def carry_out(options: argparse.Namespace, robot: Client) -> str:
@@ -108,7 +120,7 @@ def main() -> int:
     if options.path is None or options.request is None:
         parser.error("PATH and a request are needed" + ("" if INSTALLED else ", or --self-test"))
     try:
-        with open_terminal(options.path) as line:
+        with open_line(options.path) as line:
             print(carry_out(options, Client(line, options.id, options.timeout)))
     except (InUse, Refused, NoAnswer, OSError, ValueError, struct.error, termios.error) as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""A robot's conversation with the server over a terminal (sections 3, 7 and 8).
+"""A robot's conversation with the server (sections 3, 7 and 8), over a terminal or servers.Servers.
 
 For a line without other talkers: the listening and the random delays of section 9 are not here.
 """
@@ -27,6 +27,8 @@ NO_SLOT = 255  # READ: there is none; WRITE: the tag's drop policy chooses
 class Line:
     """Frames both ways on a file descriptor, which it owns."""
 
+    moved = False  # the server may be another one than before; whoever looks into that clears it
+
     def __init__(self, fd: int) -> None:
         self.fd = fd
         self.decoder = wire.Decoder()
@@ -48,6 +50,14 @@ class Line:
                 raise ConnectionError("the other end has gone")
             self._bodies.extend(self.decoder.feed(data))
         return self._bodies.popleft()
+
+    def go_on(self) -> None:
+        """The server is silent: goes to another one, if there is one (servers.py)."""
+
+    def forget(self) -> None:
+        """What follows comes from elsewhere."""
+        self.decoder = wire.Decoder()
+        self._bodies.clear()
 
     def close(self) -> None:
         if self.fd >= 0:
@@ -170,6 +180,7 @@ class Client:
         self.next_seq = 0
         self._not_accepted = 0  # numbers since the last one that the server accepted
         self._nonce: int | None = None  # of the last HELLO that was answered
+        self._hello = b""  # that HELLO
         self._epoch: int | None = None  # of that answer
         self._last_command: tuple[int, bytes] | None = None  # its seq and its ACK
         self._in_step = False  # False: who knows what is under way, or was left half said
@@ -183,8 +194,16 @@ class Client:
             self._last_command = None
         request = build_hello(self.client_id, nonce, **fields)
         told = ServerInfo(**self._ask(request, self.tries))
+        self.line.moved = False
         if told.protocol_version != 1:
             raise ValueError(f"the server speaks version {told.protocol_version}, not 1")
+        self._hello = request
+        self._take(nonce, told)
+        return told
+
+    def _take(self, nonce: int, told: ServerInfo) -> None:
+        """The server's epoch, and which number comes next."""
+        new = nonce != self._nonce
         if self._epoch not in (None, told.epoch):
             self._last_command = None
         goes_on_from = (told.last_seq + 1) % 256
@@ -193,7 +212,15 @@ class Client:
             self.next_seq = goes_on_from
             self._not_accepted = 0
         self._nonce, self._epoch = nonce, told.epoch
-        return told
+
+    def _look_about(self) -> None:
+        """Whether a server that the line has gone to has the same state as the one before: HELLO
+        under the same nonce, once, since it may have to wait; with the next request again."""
+        if self.line.moved and self._nonce is not None:
+            answer = self._exchange(self._hello)
+            if answer is not None and answer.name == "HELLO_ANSWER":
+                self.line.moved = False
+                self._take(self._nonce, ServerInfo(**answer.fields))
 
     def ping(self, payload: bytes = b"") -> bytes:
         """Gives the echo."""
@@ -296,6 +323,7 @@ class Client:
                     self._in_step = True
                     return heard
                 heard.append(body)
+            self.line.go_on()
         raise NoAnswer("no echo of a PING")
 
     def _change(self, name: str, **fields: Any) -> dict[str, Any]:
@@ -321,6 +349,8 @@ class Client:
             if answer is None:
                 continue
             if answer.name != "ERROR":
+                if answer.name != "HELLO_ANSWER":
+                    self._look_about()
                 return answer.fields
             if answer.fields["reason"] != wire.BUSY or not left:
                 raise Refused(**answer.fields)

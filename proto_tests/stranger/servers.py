@@ -1,0 +1,74 @@
+"""A line over TCP or UDP to one of several servers (section 8, "Several servers")."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from collections.abc import Sequence
+
+from .client import Line
+
+PATIENCE_S = 0.15
+
+
+def connect(address: str) -> int:
+    """Opens "HOST:PORT" by TCP or "udp:HOST:PORT"; gives the file descriptor."""
+    kind = socket.SOCK_DGRAM if address.startswith("udp:") else socket.SOCK_STREAM
+    host, _, port = address.removeprefix("udp:").removeprefix("tcp:").rpartition(":")
+    family, kind, _, _, where = socket.getaddrinfo(host.strip("[]"), int(port), type=kind)[0]
+    with socket.socket(family, kind) as opened:
+        opened.settimeout(PATIENCE_S)
+        opened.connect(where)
+        opened.setblocking(True)
+        if kind == socket.SOCK_STREAM:
+            opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            forget = struct.pack("ii", 1, 0)  # what has not left when it is closed
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, forget)
+        return opened.detach()
+
+
+class Servers(Line):
+    """Speaks to the first of `addresses` that is there, and stays with the one that answers. To
+    go on after 150 ms, a Client wants a timeout of half of that: a request, and a PING."""
+
+    def __init__(self, addresses: Sequence[str]) -> None:
+        if len({address.startswith("udp:") for address in addresses}) != 1:
+            raise ValueError("the servers are to be either all by TCP or all by UDP")
+        super().__init__(-1)
+        self.addresses = list(addresses)
+        self.server = -1  # the place of the one that is spoken to
+        self._sent = b""
+        self.go_on()
+        self.moved = False
+
+    def go_on(self) -> None:
+        """Goes to the next server that is there, with what was sent last."""
+        for _ in self.addresses:
+            self.close()
+            self.server = (self.server + 1) % len(self.addresses)
+            self.moved = True
+            self.forget()
+            try:
+                self.fd = connect(self.addresses[self.server])
+                super().send(self._sent)
+                return
+            except OSError:
+                continue
+        raise ConnectionError("none of the servers is there: " + ", ".join(self.addresses))
+
+    def send(self, data: bytes) -> None:
+        self._sent = data
+        try:
+            super().send(data)
+        except OSError:
+            self.go_on()
+
+    def receive(self, deadline: float) -> bytes | None:
+        while True:
+            try:
+                return super().receive(deadline)
+            except OSError:
+                self.go_on()
+            if time.monotonic() > deadline:
+                return None
