@@ -1,10 +1,10 @@
 #include "server/operators/ctl/cluster_commands.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <string_view>
-#include <thread>
 #include <vector>
 
 #include "server/operators/ctl/json_read.h"
@@ -16,8 +16,8 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr std::chrono::milliseconds kBetweenLooks{50};
-constexpr std::chrono::seconds kPatience{5};
+constexpr useconds_t kBetweenLeadersUs = 50'000;
+constexpr std::chrono::seconds kLeadPatience{5};
 
 int NoCluster() {
   fmt::print(stderr,
@@ -81,7 +81,7 @@ int StepDown(const ServerOptions& options, const std::string& successor) {
   if (reply.exit_status != 0) {
     return reply.exit_status;
   }
-  const auto end = std::chrono::steady_clock::now() + kPatience;
+  const auto end = std::chrono::steady_clock::now() + kLeadPatience;
   while (std::chrono::steady_clock::now() < end) {
     const JsonReply now = CallJson(options, "GET", "/api/v1/status");
     if (now.exit_status != 0) {
@@ -92,12 +92,12 @@ int StepDown(const ServerOptions& options, const std::string& successor) {
       fmt::print("{} leads\n", leader);
       return 0;
     }
-    std::this_thread::sleep_for(kBetweenLooks);
+    usleep(kBetweenLeadersUs);
   }
   fmt::print(stderr,
              "pheromonectl: no other server has taken over in {} s, so this one leads on: cluster "
              "status tells which are connected\n",
-             kPatience.count());
+             kLeadPatience.count());
   return kFailed;
 }
 
