@@ -230,6 +230,9 @@ std::optional<Observer::Outcome> Service::HandleOne(const Stamp& stamp, LinkInde
     }
   }
   traffic_.Count(link, message, stamp.field_time_ms, fate, refusal);
+  if (asker.is_forwarded) {
+    traffic_.NoteForwarded(link, message.id);
+  }
   return outcome;
 }
 
@@ -320,8 +323,8 @@ Status Service::Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* o
   const size_t before = out->size();
   for (const Outgoing& it : made) {
     if (it.message.opcode == protocol::kCommand) {
-      if (it.message.id == protocol::kBroadcastId ||
-          traffic_.Find(it.link, it.message.id) != nullptr) {
+      const RobotTraffic* robot = traffic_.Find(it.link, it.message.id);
+      if (it.message.id == protocol::kBroadcastId || (robot != nullptr && !robot->elsewhere)) {
         out->push_back(it);
       }
     } else {
@@ -337,6 +340,22 @@ void Service::AppendForwarded(Outgoing answer, std::vector<Outgoing>* out) {
   if (!waits.empty()) {
     answer.asker = waits.mapped();
     out->push_back(std::move(answer));
+  }
+}
+
+std::vector<HeardPose> Service::PosesSince(uint64_t since_ms) const {
+  std::vector<HeardPose> poses;
+  const std::lock_guard lock(mutex_);
+  traffic_.ForEachHeard(since_ms, [&poses](const HeardPose& it) { poses.push_back(it); });
+  return poses;
+}
+
+void Service::NotePoses(std::span<const HeardPose> poses) {
+  const std::lock_guard lock(mutex_);
+  for (const HeardPose& it : poses) {
+    if (it.link < engine_.config().links.size()) {
+      traffic_.NoteElsewhere(it);
+    }
   }
 }
 

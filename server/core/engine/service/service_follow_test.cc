@@ -184,6 +184,33 @@ TEST_F(FollowTest, AnArrivalThatTheFollowerSeesIsForwarded) {
   EXPECT_EQ(halts[0].message.opcode, protocol::kCommand);
 }
 
+TEST_F(FollowTest, APoseThatTheFollowerHeardIsKnownToTheLeader) {
+  AskFollower({Hello(3, 1)});
+  Forward();
+  CatchUp();
+  AskFollower({Sense(3, 1'000, 5'000)});
+  EXPECT_FALSE(service_.SetGoal(0, 3, {5'000'000, 5'000'000}, 100'000).ok());
+  service_.NotePoses(follower_.PosesSince(0));
+  EXPECT_TRUE(service_.PosesSince(0).empty()) << "it was not heard there";
+  EXPECT_TRUE(service_.SetGoal(0, 3, {5'000'000, 5'000'000}, 100'000).ok());
+}
+
+TEST_F(FollowTest, ACommandIsSentFromWhereTheRobotWasHeardLast) {
+  CommandIssued issued;
+  issued.id = 3;
+  AskFollower({Hello(3, 1)});
+  Forward();
+  CatchUp();
+  std::vector<Outgoing> out;
+  ASSERT_TRUE(service_.Issue(issued, &out).ok());
+  EXPECT_EQ(CatchUp().size(), 1u);
+  Handle({Sense(3)});  // it has gone to the leader, which tells the follower
+  follower_now_.boottime_ms += 10;
+  follower_.NotePoses(std::vector<HeardPose>{{0, 3, {}, 77'000}});
+  ASSERT_TRUE(service_.Issue(issued, &out).ok());
+  EXPECT_TRUE(CatchUp().empty());
+}
+
 // Two observers, of leader and follower, must be able to make the same recording.
 class Recorder final : public Observer {
  public:
