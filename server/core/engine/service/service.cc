@@ -25,6 +25,14 @@ bool AnswersAChange(const Engine& engine, const Message& message) {
                                                                  : message.opcode);
 }
 
+// Whether a server that has not followed everything yet would refuse so: the robot may have said
+// HELLO, or used the number before, at another server a moment ago.
+bool SeemsBehind(std::span<const Outgoing> answers) {
+  protocol::ErrorAnswer error;
+  return !answers.empty() && protocol::Decode(answers.back().message, &error) &&
+         (error.reason == Reason::kSayHello || error.reason == Reason::kSequenceReused);
+}
+
 }  // namespace
 
 Service::Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms, Engine engine)
@@ -192,6 +200,12 @@ std::optional<Observer::Outcome> Service::HandleOne(const Stamp& stamp, LinkInde
       return outcome;
     case Handling::kAnswer:
       engine_.Answer(stamp, link, message, out);
+      if (forward_ && SeemsBehind(std::span(*out).subspan(before)) &&
+          IsForwarded({link, message}, asker)) {
+        out->resize(before);
+        traffic_.Count(link, message, stamp.field_time_ms, fate);
+        return std::nullopt;
+      }
       // Only the answer to a repeated change depends on an event of the log.
       if (out->size() > before && out->back().durable_at != 0) {
         outcome.refused = RefusalOfRepeat(out->back());
@@ -206,7 +220,7 @@ std::optional<Observer::Outcome> Service::HandleOne(const Stamp& stamp, LinkInde
     case Handling::kChange: {
       const RequestReceived received{link, message};
       if (IsForwarded(received, asker)) {
-        traffic_.Count(link, message, stamp.field_time_ms, Traffic::Fate::kAnswered);
+        traffic_.Count(link, message, stamp.field_time_ms, fate);
         return std::nullopt;
       }
       outcome.refused = Change(stamp, received, out);
@@ -281,11 +295,10 @@ uint64_t Service::Order(const Stamp& stamp, const Event& event, std::vector<Outg
   return sequence;
 }
 
-bool Service::IsForwarded(const Event& event, const Asker& asker) {
-  if (!forward_ || asker.is_forwarded || !forward_(event)) {
+bool Service::IsForwarded(const RequestReceived& received, const Asker& asker) {
+  if (!forward_ || asker.is_forwarded || !forward_(received)) {
     return false;
   }
-  const auto& received = std::get<RequestReceived>(event);
   forwarded_[{received.link, received.message.id}] = asker;
   ++counters_.forwarded;
   return true;

@@ -258,7 +258,7 @@ class Service {
                                              std::vector<Outgoing>* out);
   protocol::Reason Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
   uint64_t Order(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
-  bool IsForwarded(const Event& event, const Asker& asker);
+  bool IsForwarded(const RequestReceived& received, const Asker& asker);
   void AppendForwarded(Outgoing answer, std::vector<Outgoing>* out);
   Result<uint64_t> ChangeNow(const Event& event, std::vector<Outgoing>* out);
   Result<uint64_t> CheckAndChange(const Event& event, std::vector<Outgoing>* out);

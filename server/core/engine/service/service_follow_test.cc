@@ -139,6 +139,15 @@ TEST_F(FollowTest, ARefusalOfTheLeaderIsSentOnceToTheRobotThatWaits) {
   EXPECT_EQ(out.size(), 1u);
 }
 
+TEST_F(FollowTest, WhatIsUnknownOnlyBecauseTheFollowerIsBehindIsForwarded) {
+  Handle({Hello(1, 1), Deposit(1, 1)});  // the robot was at the leader a moment ago
+  EXPECT_TRUE(AskFollower({Deposit(1, 2)}).empty());
+  const std::vector<Outgoing> answers = Forward();
+  ASSERT_EQ(answers.size(), 1u);
+  EXPECT_EQ(answers[0].message.opcode, 0xA1);
+  EXPECT_EQ(CatchUp().size(), 1u);
+}
+
 TEST_F(FollowTest, WithoutALeaderAChangeIsRefusedAndAQueryAnswered) {
   Handle({Hello(1, 1)});
   CatchUp();
@@ -188,6 +197,7 @@ TEST_F(FollowTest, APoseThatTheFollowerHeardIsKnownToTheLeader) {
   AskFollower({Hello(3, 1)});
   Forward();
   CatchUp();
+  follower_now_.boottime_ms += 10;
   AskFollower({Sense(3, 1'000, 5'000)});
   EXPECT_FALSE(service_.SetGoal(0, 3, {5'000'000, 5'000'000}, 100'000).ok());
   service_.NotePoses(follower_.PosesSince(0));
