@@ -65,6 +65,16 @@ TEST(Log, WithAFirstPageFromThePast) {
   ExpectProved(limits);
 }
 
+// If the first page is not from the past, the comparison of the term is enough.
+TEST(Log, WithoutTheComparisonOfThePlace) {
+  ExpectProved({.changes = 2,
+                .asks = 2,
+                .unknowns = 0,
+                .crashes = 1,
+                .doubles = 1,
+                .log = LogMutant::kNoPlaceCompare});
+}
+
 TEST(LogMutant, ReplacesWhatIsAtThePlace) {
   ExpectRefuted({.changes = 2,
                  .asks = 2,

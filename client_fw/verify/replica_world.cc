@@ -377,6 +377,14 @@ bool ReplicaWorld::Finished() const {
   return records.size() == kRecordBytes * static_cast<size_t>(left_.changes);
 }
 
+bool ReplicaWorld::MustFinish() const {
+  return left_.asks > 0 || std::any_of(nodes_.begin(), nodes_.end(), [&](const auto& node) {
+           const Role role = node->replica.role();
+           return (role == Role::kCatchesUp || role == Role::kLeads) &&
+                  node->replica.leader() == log_.leader();
+         });
+}
+
 std::string ReplicaWorld::Key() const {
   ByteWriter writer;
   for (const int left : {left_.asks, left_.unknowns, left_.crashes, left_.stale_reads,

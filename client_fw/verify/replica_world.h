@@ -19,7 +19,6 @@
 // in order is the next to do so.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -67,8 +66,9 @@ class ReplicaWorld {
   std::string Wrong() const;
   /// All changes are in the log.
   bool Finished() const;
-  /// A daemon may still take the lead, so that nothing may keep the rest from being made.
-  bool MustFinish() const { return left_.asks > 0; }
+  /// A daemon has the lead or may still ask for it, so that nothing may keep the rest from being
+  /// made.
+  bool MustFinish() const;
 
   using Visit = std::function<void(std::string step, ReplicaWorld successor)>;
   void Next(const Visit& visit) const;

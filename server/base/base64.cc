@@ -27,15 +27,17 @@ Error NotBase64(size_t at) {
 }  // namespace
 
 std::string ToBase64(std::string_view bytes) {
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (; !bytes.empty(); bytes.remove_prefix(bytes.size() < 3 ? bytes.size() : 3)) {
+  std::string text((bytes.size() + 2) / 3 * 4, '=');
+  for (char* out = text.data(); !bytes.empty();
+       bytes.remove_prefix(bytes.size() < 3 ? bytes.size() : 3)) {
     uint32_t group = 0;
     for (size_t i = 0; i < 3; ++i) {
       group = group << 8 | (i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u);
     }
-    for (size_t i = 0; i < 4; ++i) {
-      text += i <= bytes.size() ? kBase64Digits[group >> (18 - 6 * i) & 63] : '=';
+    for (size_t i = 0; i < 4; ++i, ++out) {
+      if (i <= bytes.size()) {
+        *out = kBase64Digits[group >> (18 - 6 * i) & 63];
+      }
     }
   }
   return text;
@@ -49,8 +51,8 @@ Result<std::string> FromBase64(std::string_view text) {
   if (text.size() % 4 != 0) {
     return NotBase64(text.size());
   }
-  std::string bytes;
-  bytes.reserve(text.size() / 4 * 3);
+  std::string bytes(digits * 3 / 4, '\0');
+  char* out = bytes.data();
   uint32_t bits = 0;
   int count = 0;  // of bits that are not yet in bytes
   for (size_t i = 0; i < digits; ++i) {
@@ -62,7 +64,7 @@ Result<std::string> FromBase64(std::string_view text) {
     count += 6;
     if (count >= 8) {
       count -= 8;
-      bytes += static_cast<char>(bits >> count & 0xff);
+      *out++ = static_cast<char>(bits >> count & 0xff);
     }
   }
   if ((bits & ((1u << count) - 1)) != 0) {

@@ -21,6 +21,7 @@ constexpr uint64_t kLocalLogPauseMs = 10;  // while the local log admits nothing
 constexpr uint64_t kBetweenTrimsMs = 5'000;
 constexpr uint64_t kAlwaysKept = 10'000;   // events that peers have seen, but perhaps not written
 constexpr uint64_t kMostKept = 1'000'000;  // events, for peers that are away
+constexpr uint64_t kBetweenPosesMs = 100;
 constexpr uint64_t kStalledMs = 1'000;
 constexpr char kNobodyLeads[] = "no server of the cluster leads at present";
 
@@ -114,6 +115,7 @@ void Cluster::Continue() {
   }
   TakeRole();
   TrimSometimes(now_ms);
+  TellPoses(now_ms);
   TellView();
   const uint64_t deadline = replica_.Deadline();
   parts_.wake_at(to_apply_.empty() ? deadline : std::min(deadline, now_ms + kLocalLogPauseMs));
@@ -309,6 +311,8 @@ void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
           parts_.deliver(out);
         } else if constexpr (std::is_same_v<Message, ForwardedEvent>) {
           Accept(it);
+        } else if constexpr (std::is_same_v<Message, PosesHeard>) {
+          Accept(it);
         } else if constexpr (std::is_same_v<Message, OperatorChange>) {
           parts_.change(it,
                         [this, from](const OperatorResult& result) { parts_.send(from, result); });
@@ -343,6 +347,40 @@ void Cluster::Accept(const ForwardedEvent& forwarded) {
     (void)parts_.service->Submit(std::get<engine::GoalEnded>(forwarded.event), &out);
   }
   parts_.deliver(out);
+}
+
+void Cluster::Accept(const PosesHeard& heard) {
+  const uint64_t now_ms = FieldTime();
+  std::vector<engine::HeardPose> poses;
+  for (const PoseHeard& it : heard.poses) {
+    poses.push_back({it.link, it.id, it.pose, now_ms - std::min<uint64_t>(now_ms, it.age_ms)});
+  }
+  parts_.service->NotePoses(poses);
+}
+
+uint64_t Cluster::FieldTime() const {
+  return parts_.service->Inspect(
+      [this](const engine::Engine& /*engine*/) { return parts_.service->FieldTimeInside(); });
+}
+
+void Cluster::TellPoses(uint64_t now_ms) {
+  if (up_.empty() || now_ms < poses_ms_) {
+    return;
+  }
+  poses_ms_ = now_ms + kBetweenPosesMs;
+  const uint64_t field_time_ms = FieldTime();
+  const std::vector<engine::HeardPose> poses = parts_.service->PosesSince(told_poses_ms_);
+  told_poses_ms_ = field_time_ms;
+  for (size_t begin = 0; begin < poses.size(); begin += kMaxPosesAtOnce) {
+    PosesHeard message;
+    for (size_t i = begin; i < std::min(poses.size(), begin + kMaxPosesAtOnce); ++i) {
+      const engine::HeardPose& it = poses[i];
+      const uint64_t age_ms = field_time_ms - std::min(field_time_ms, it.at_ms);
+      message.poses.push_back({it.link, it.id, it.pose, static_cast<uint32_t>(age_ms)});
+      told_poses_ms_ = std::max(told_poses_ms_, it.at_ms);
+    }
+    parts_.send_all(message);
+  }
 }
 
 void Cluster::Finish(const OperatorResult& result) {

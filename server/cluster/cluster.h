@@ -116,6 +116,9 @@ class Cluster {
   void TellView();
   void Accept(const std::string& from, const ForwardedRequest& request);
   void Accept(const ForwardedEvent& event);
+  void Accept(const PosesHeard& heard);
+  void TellPoses(uint64_t now_ms);
+  uint64_t FieldTime() const;
   void Finish(const OperatorResult& result);
 
   const ReplicaSettings settings_;
@@ -126,9 +129,11 @@ class Cluster {
   std::set<std::string> up_;               // peers
   std::map<std::string, uint64_t> known_;  // the next event, as they told
   uint64_t news_ms_ = 0;
-  Sequence committed_ = 0;    // the last, when there was progress
-  uint64_t progress_ms_ = 0;  // of what is submitted
-  uint64_t trim_ms_ = 0;      // not before
+  Sequence committed_ = 0;      // the last, when there was progress
+  uint64_t progress_ms_ = 0;    // of what is submitted
+  uint64_t trim_ms_ = 0;        // not before
+  uint64_t poses_ms_ = 0;       // likewise
+  uint64_t told_poses_ms_ = 0;  // those heard until then, in field time
   bool is_trimming_ = false;
   Sequence trimmed_ = 1;
   bool is_stopped_ = false;

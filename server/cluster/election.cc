@@ -8,9 +8,9 @@ namespace {
 
 // A leader that hands over and is not relieved for so many suspect_ms admits events again.
 constexpr uint64_t kRelief = 3;
-// A leader without an answer from the log for so many suspect_ms says that it does not lead. The
-// engine's own election takes less.
-constexpr uint64_t kPatience = 10;
+// A leader without an answer from the log for so many suspect_ms says that it does not lead. Longer
+// than the engine needs after a crash: a leader that is relieved loses what is uncommitted.
+constexpr uint64_t kPatience = 30;
 
 }  // namespace
 
@@ -48,7 +48,8 @@ void Election::OnLeader(const Leader& leader, uint64_t now_ms) {
     return;
   }
   leader_ = leader;
-  role_ = has_asked_ && leader.node == settings_.node ? Role::kCatchesUp : Role::kFollows;
+  const bool is_own = has_asked_ && !is_barred_ && leader.node == settings_.node;
+  role_ = is_own ? Role::kCatchesUp : Role::kFollows;
   has_asked_ = false;
   sign_ms_ = now_ms;
   has_heard_leader_ = false;

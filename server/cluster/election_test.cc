@@ -302,9 +302,9 @@ TEST(Election, AnUnhealthyLeaderHandsOverToAHealthyPeer) {
 
 TEST(Election, ALeaderThatTheLogDoesNotAnswerSaysThatItDoesNotLead) {
   Election election = LeaderOf6("a");
-  EXPECT_TRUE(election.Beat(false, 1000, 8, 3999)->leads);
-  EXPECT_FALSE(election.Beat(false, 1000, 8, 4000)->leads);
-  EXPECT_TRUE(election.Beat(false, 4010, 8, 4010)->leads);
+  EXPECT_TRUE(election.Beat(false, 1000, 8, 9999)->leads);
+  EXPECT_FALSE(election.Beat(false, 1000, 8, 10'000)->leads);
+  EXPECT_TRUE(election.Beat(false, 10'010, 8, 10'010)->leads);
 }
 
 // Its peers' heartbeats are in its sockets, behind the timer.

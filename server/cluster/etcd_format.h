@@ -7,7 +7,7 @@
 //   etcd
 //                           raises it with each change, and never gives one out again.
 //   id                      made with the first leader, then never changed. Another id is another
-//                           log, whatever its groups look like.
+//                           log, whatever its groups and terms look like.
 //   floor                   FLOOR: groups that end before this sequence were removed. Absent: 1.
 //   log/FIRST               a group of events; FIRST is the sequence of its first event.
 //   piece/FIRST/TERM/INDEX  a part of the records of a group that is too large for one request;

@@ -86,18 +86,19 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
   const std::shared_ptr<EtcdClient> client_;
   uint64_t followed_ = 0;    // calls of Follow
   Revision trimmed_at_ = 0;  // by the last Trim
+  std::string id_;           // of the cluster, when the lead was taken
 };
 
 asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string node) {
   TxnRequest request;
   request.IfChangedAt(keys_.leader(), seen);
   request.success.Put(keys_.leader(), node);
-  request.success.Read(keys_.leader());
-  request.failure.Read(keys_.leader());
-  size_t success_parts = 2;
   if (seen == 0) {
     request.success.Put(keys_.id(), settings_.new_id);
-    success_parts = 3;
+  }
+  for (Operations* const operations : {&request.success, &request.failure}) {
+    operations->Read(keys_.leader());
+    operations->Read(keys_.id());
   }
   const std::string path = kTxnPath;
   const std::string body = request.Text();
@@ -105,15 +106,18 @@ asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string n
   if (!answer.ok()) {
     co_return answer.error();
   }
-  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, success_parts, 1);
+  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, seen == 0 ? 4 : 3, 2);
   if (!txn.ok()) {
     co_return Unusable(answer.value().member, txn.error());
   }
-  const TxnAnswer::Part& leader = txn.value().parts[txn.value().succeeded ? 1 : 0];
-  if (leader.entries.empty()) {
+  const std::vector<TxnAnswer::Part>& parts = txn.value().parts;
+  const std::vector<Entry>& leader = parts[parts.size() - 2].entries;
+  const std::vector<Entry>& id = parts.back().entries;
+  id_ = id.empty() ? std::string() : id.front().value;
+  if (leader.empty()) {
     co_return Leader{};
   }
-  co_return Leader{leader.entries.front().revision, leader.entries.front().value};
+  co_return Leader{leader.front().revision, leader.front().value};
 }
 
 // A piece is written under the same comparisons as its group, so that each answer may decide.
@@ -136,16 +140,20 @@ asio::awaitable<std::optional<Appended>> EtcdLog::Impl::Write(const Group& group
   TxnRequest request;
   request.IfChangedAt(keys_.leader(), group.term);
   request.IfAbsent(place);
+  if (!id_.empty()) {
+    request.IfEqual(keys_.id(), id_);  // a store that was begun anew may have the same terms
+  }
   request.success.Put(what.key, what.value);
   request.failure.Read(keys_.leader());
   request.failure.Read(place);
+  request.failure.Read(keys_.id());
   const std::string path = kTxnPath;
   const std::string body = request.Text();
   const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
   if (!answer.ok()) {
     co_return Appended::kUnknown;
   }
-  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 1, 2);
+  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 1, 3);
   if (!txn.ok()) {
     static_cast<void>(Unusable(answer.value().member, txn.error()));
     co_return Appended::kUnknown;
@@ -155,11 +163,15 @@ asio::awaitable<std::optional<Appended>> EtcdLog::Impl::Write(const Group& group
   }
   const std::vector<Entry>& leader = txn.value().parts[0].entries;
   const std::vector<Entry>& there = txn.value().parts[1].entries;
+  const std::vector<Entry>& id = txn.value().parts[2].entries;
+  if (!id_.empty() && (id.empty() || id.front().value != id_)) {
+    co_return Appended::kFenced;
+  }
   if (!there.empty()) {
     co_return there.front().value == group_value ? Appended::kCommitted : Appended::kFenced;
   }
   if (!leader.empty() && leader.front().revision == group.term) {
-    const Error contradiction("both comparisons hold, expected the transaction to succeed");
+    const Error contradiction("all comparisons hold, expected the transaction to succeed");
     static_cast<void>(Unusable(answer.value().member, contradiction));
     co_return Appended::kUnknown;
   }

@@ -222,9 +222,17 @@ void TxnRequest::IfAbsent(std::string_view key) {
           ",\"create_revision\":\"0\"}");
 }
 
-void TxnRequest::IfGreater(std::string_view key, std::string_view value) {
-  Compare("{\"target\":\"VALUE\",\"result\":\"GREATER\"," + KeyField(key) +
+void TxnRequest::CompareValue(std::string_view how, std::string_view key, std::string_view value) {
+  Compare("{\"target\":\"VALUE\",\"result\":" + Quote(how) + "," + KeyField(key) +
           ",\"value\":" + QuoteBytes(value) + "}");
+}
+
+void TxnRequest::IfEqual(std::string_view key, std::string_view value) {
+  CompareValue("EQUAL", key, value);
+}
+
+void TxnRequest::IfGreater(std::string_view key, std::string_view value) {
+  CompareValue("GREATER", key, value);
 }
 
 std::string TxnRequest::Text() const {

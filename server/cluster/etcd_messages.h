@@ -52,7 +52,9 @@ class TxnRequest {
   /// The last change of `key` was at `revision`; 0: there is no such key.
   void IfChangedAt(std::string_view key, Revision revision);
   void IfAbsent(std::string_view key);
-  /// There is such a key, and its value is greater than this text.
+  /// There is such a key, and its value is this.
+  void IfEqual(std::string_view key, std::string_view value);
+  /// There is such a key, and its value is greater, as bytes.
   void IfGreater(std::string_view key, std::string_view value);
 
   Operations success;
@@ -62,6 +64,7 @@ class TxnRequest {
 
  private:
   void Compare(std::string_view text);
+  void CompareValue(std::string_view how, std::string_view key, std::string_view value);
   std::string comparisons_;
 };
 

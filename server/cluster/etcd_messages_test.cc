@@ -23,6 +23,7 @@ TEST(EtcdMessagesTest, ATransactionIsAsTheGatewayReadsIt) {
   TxnRequest request;
   request.IfChangedAt("foo", 42);
   request.IfAbsent("bar");
+  request.IfEqual("bar", "x");
   request.IfGreater("foo", "x");
   request.success.Put("bar", std::string_view("\0\xff", 2));
   request.success.Read("foo");
@@ -32,6 +33,7 @@ TEST(EtcdMessagesTest, ATransactionIsAsTheGatewayReadsIt) {
   EXPECT_EQ(request.Text(),
             R"({"compare":[{"target":"MOD","result":"EQUAL","key":"Zm9v","mod_revision":"42"},)"
             R"({"target":"CREATE","result":"EQUAL","key":"YmFy","create_revision":"0"},)"
+            R"({"target":"VALUE","result":"EQUAL","key":"YmFy","value":"eA=="},)"
             R"({"target":"VALUE","result":"GREATER","key":"Zm9v","value":"eA=="}],)"
             R"("success":[{"request_put":{"key":"YmFy","value":"AP8="}},)"
             R"({"request_range":{"key":"Zm9v"}}],)"

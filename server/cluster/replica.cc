@@ -16,7 +16,7 @@ void Replica::OnHeartbeat(const std::string& from, const Heartbeat& heartbeat, u
 }
 
 void Replica::OnPage(const Page& page, uint64_t now_ms) {
-  if (is_deposed_ || gap_ != LogGap::kNone) {
+  if (is_deposed_) {
     return;
   }
   if (!page_next_) {
@@ -31,7 +31,6 @@ void Replica::OnPage(const Page& page, uint64_t now_ms) {
   if (gap_ != LogGap::kNone) {
     is_deposed_ = is_deposed_ || !queue_.empty();
     election_.Bar();
-    return;
   }
   const Term known = election_.leader().term;
   election_.OnLeader(page.leader, now_ms);
@@ -84,11 +83,9 @@ void Replica::OnLead(const Result<Leader>& leader, uint64_t now_ms) {
 }
 
 void Replica::OnAppended(Appended outcome, uint64_t now_ms) {
-  const bool is_awaited =
-      appending_ && queue_.in_flight() && queue_.in_flight()->first == *appending_;
-  appending_.reset();
-  if (is_deposed_ || !is_awaited) {
-    return;  // a page was first
+  is_appending_ = false;
+  if (is_deposed_ || !queue_.in_flight()) {
+    return;  // a page was first; another group was not begun meanwhile
   }
   switch (outcome) {
     case Appended::kCommitted:
@@ -125,10 +122,10 @@ Replica::Actions Replica::Next(uint64_t now_ms) {
     queue_.Begin(election_.leader().term, next_);
   }
   actions.take_lead = election_.Ask(now_ms);
-  if (role() == Role::kLeads && !appending_) {
+  if (role() == Role::kLeads && !is_appending_) {
     if (const Group* const group = queue_.Due(now_ms)) {
       actions.append = *group;
-      appending_ = group->first;
+      is_appending_ = true;
     }
   }
   actions.heartbeat = election_.Beat(queue_.empty(), queue_.in_flight_since_ms(), next_, now_ms);
@@ -142,7 +139,7 @@ uint64_t Replica::Deadline() const {
   if (is_deposed_) {
     return kNever;
   }
-  return std::min(election_.Deadline(), appending_ ? kNever : queue_.Deadline());
+  return std::min(election_.Deadline(), is_appending_ ? kNever : queue_.Deadline());
 }
 
 void Replica::Encode(ByteWriter* writer) const {
@@ -151,7 +148,7 @@ void Replica::Encode(ByteWriter* writer) const {
   writer->U64(next_);
   writer->U64(follow_from_);
   writer->U64(page_next_.value_or(0));
-  writer->U64(appending_.value_or(0));
+  writer->Flag(is_appending_);
   writer->Flag(has_caught_up_);
   writer->Flag(is_deposed_);
   writer->U8(static_cast<uint8_t>(gap_));

@@ -131,7 +131,7 @@ class Replica {
   Sequence next_;  // after the last committed event
   Sequence follow_from_;
   std::optional<Sequence> page_next_;  // after the last event of all pages, once there was one
-  std::optional<Sequence> appending_;  // the place of an append without an answer
+  bool is_appending_ = false;          // an append is not answered
   bool has_caught_up_ = false;         // but the groups are not all handed out
   bool is_deposed_ = false;
   LogGap gap_ = LogGap::kNone;

@@ -81,6 +81,9 @@ TEST(Replica, NeedsAStateIfWhatComesNextWasTrimmed) {
   EXPECT_EQ(replica.gap(), LogGap::kTrimmed);
   EXPECT_TRUE(replica.Next(0).committed.empty());
   EXPECT_EQ(NextAt(&replica, 10'000).take_lead, std::nullopt);
+  replica.OnPage(PageOf({6, "c"}, {GroupOf(6, 6, "z")}, 5), 10'000);
+  EXPECT_TRUE(replica.Next(10'000).committed.empty());
+  EXPECT_EQ(replica.leader(), (Leader{6, "c"}));
 
   Replica trimmed_to_the_end(SettingsOf("a"), 3, 0);
   trimmed_to_the_end.OnPage(PageOf({5, "b"}, {}, 5), 0);
@@ -210,6 +213,13 @@ TEST(Replica, IsDeposedByANewLeaderIfSomethingIsUncommitted) {
   EXPECT_TRUE(actions.is_deposed);
   EXPECT_EQ(actions.committed, (std::vector<Group>{GroupOf(3, 6, "p")}));
   EXPECT_EQ(actions.own, 1u);
+}
+
+TEST(Replica, IsDeposedByANewLeaderThatHasWrittenNothingYet) {
+  Replica replica = LeaderOfTerm6();
+  replica.Submit(3, "p");
+  replica.OnPage(PageOf({7, "b"}), 1110);
+  EXPECT_TRUE(replica.Next(1110).is_deposed);
 }
 
 TEST(Replica, FollowsANewLeaderIfAllWasCommitted) {

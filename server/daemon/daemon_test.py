@@ -43,6 +43,34 @@ class ProgramTest(DaemonTest):
         self.assertEqual(result.stderr, f"test.toml: journal.folder: {self.folder}/none: No such "
                          "file or directory, expected a writable folder\n")
 
+    def write_cluster(self, more=""):
+        (self.folder / "secret").write_text("0123456789abcdef" * 4)
+        (self.folder / "secret").chmod(0o600)
+        self.config.write_text(
+            CONFIG + PTY + '[cluster]\nname = "lab"\nengine = ["http://127.0.0.1:2379"]\n'
+            'nodes = {a1 = "127.0.0.1:8390", b1 = "127.0.0.1:8391"}\n'
+            'secret_file = "secret"\n' + more)
+
+    def test_a_node_of_a_cluster_is_named_by_the_command_line(self):
+        result = self.call("--check", "--config", "test.toml", "--node", "a1")
+        self.assertEqual((result.returncode, result.stderr),
+                         (2, "--node is given, expected a configuration with [cluster]\n"))
+        self.write_cluster('[journal]\nfolder = "state"\n')
+        result = self.call("--check", "--config", "test.toml", "--node", "b1")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("  cluster lab: node b1 of a1 (127.0.0.1:8390), b1 (127.0.0.1:8391); ",
+                      result.stdout)
+        result = self.call("--check", "--config", "test.toml")
+        self.assertEqual((result.returncode, result.stdout), (2, ""))
+        self.assertIn('cluster.node: missing, expected one of "a1", "b1", or the option --node: '
+                      f'none is named as this machine, "{socket.gethostname()}"', result.stderr)
+
+    def test_a_cluster_does_not_start_without_a_journal(self):
+        self.write_cluster()
+        with self.start("--config", "test.toml", "--node", "a1") as server:
+            self.assertEqual(server.end(), 2)
+            self.assertIn("a cluster needs a journal, expected [journal] with a folder", server.log)
+
     def test_check_says_whether_the_folders_can_be_used_and_leaves_them_alone(self):
         self.config.write_text(CONFIG + PTY + '[journal]\nfolder = "state"\n')
         result = self.call("--check", "--config", "test.toml")
@@ -247,6 +275,14 @@ class ProgramTest(DaemonTest):
             self.assertIn("changed links require a restart", server.log)
             self.assertIn("changed [daemon], [control] or [web] settings require a restart",
                           server.log)
+            self.assertEqual(server.stop(), 0)
+
+    def test_a_cluster_requires_a_restart(self):
+        with self.start("--config", "test.toml") as server:
+            server.await_log("ready")
+            self.write_cluster('node = "a1"\n')
+            server.process.send_signal(signal.SIGHUP)
+            server.await_log("changed [cluster] settings require a restart")
             self.assertEqual(server.stop(), 0)
 
     def test_sighup_with_a_bad_file_changes_nothing(self):

@@ -34,10 +34,8 @@ void ServerChoice::OnSent(std::span<const uint8_t> frame, int64_t now_ms) {
     queried_ms_ = now_ms;
   }
   if (!is_query_) {
-    const bool again = change_ && change_->opcode == sent->opcode && change_->seq == sent->data[0];
-    if (!again) {
-      change_ = Change{sent->opcode, sent->data[0], now_ms};
-    }
+    change_ =
+        Change{sent->opcode, sent->data[0], Waits(now_ms) ? change_->since_ms : now_ms, now_ms};
     stuck_ = now_ms - change_->since_ms >= kChangePatienceMs;
   }
   if (sent->opcode == protocol::kHello) {
@@ -91,6 +89,11 @@ void ServerChoice::OnHelloAnswer(const protocol::Message& message) {
   change_.reset();  // the client drops it, or repeats it
 }
 
+// One that was given up is not sent any more.
+bool ServerChoice::Waits(int64_t now_ms) const {
+  return change_ && now_ms - change_->sent_ms < kInquiryMs;
+}
+
 bool ServerChoice::IsDue(int64_t now_ms) const {
   const size_t rounds = moves_ / servers_;
   const auto patience_ms = [rounds](int64_t first_ms) {
@@ -134,7 +137,7 @@ bool ServerChoice::Move(int64_t now_ms) {
 }
 
 std::span<const uint8_t> ServerChoice::TakeInquiry(int64_t now_ms) {
-  if (!doubtful_ || !heard_ || !unanswered_.empty() || change_ || now_ms < next_inquiry_ms_) {
+  if (!doubtful_ || !heard_ || !unanswered_.empty() || Waits(now_ms) || now_ms < next_inquiry_ms_) {
     return {};
   }
   next_inquiry_ms_ = now_ms + kInquiryMs;

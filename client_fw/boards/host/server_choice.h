@@ -68,9 +68,11 @@ class ServerChoice {
   struct Change {
     uint8_t opcode;
     uint8_t seq;
-    int64_t since_ms;
+    int64_t since_ms;  // it waits, or those before that were not taken either
+    int64_t sent_ms;
   };
 
+  bool Waits(int64_t now_ms) const;
   bool IsDue(int64_t now_ms) const;
   void Hear(const protocol::Message& message);
   void OnHelloAnswer(const protocol::Message& message);

@@ -173,6 +173,20 @@ TEST_F(ServerChoiceTest, AServerThatAnswersOnlyQueriesIsLeftWithAChangeThatWaits
   }
 }
 
+TEST_F(ServerChoiceTest, AServerThatIsReadOnlyIsLeftToo) {
+  const int64_t begin_ms = now_ms_;
+  for (uint8_t seq = 4; !choice_.Move(now_ms_) && seq < 100; ++seq) {  // the client gives each up
+    Exchange(Trace(seq), Refusal(seq, protocol::Reason::kReadOnly));
+    now_ms_ += 200;
+  }
+  EXPECT_EQ(begin_ms + 3200, now_ms_);
+
+  Exchange(Trace(100), Refusal(100, protocol::Reason::kReadOnly));
+  now_ms_ += 5000;
+  Exchange(Trace(101), Refusal(101, protocol::Reason::kReadOnly));
+  EXPECT_FALSE(choice_.Move(now_ms_));  // a single one now and then tells nothing
+}
+
 TEST_F(ServerChoiceTest, AsksWhetherTheNewServerHasTheSameEpoch) {
   ComeFromTheFirst();
   EXPECT_EQ(Bytes(), Inquiry());  // it is not known to be there
@@ -219,6 +233,7 @@ TEST_F(ServerChoiceTest, AsksAlsoWhenAChangeWasAnsweredButNotBefore) {
   ComeFromTheFirst();
   choice_.OnSent(Trace(1), now_ms_);
   choice_.OnReceived(Refusal(1, protocol::Reason::kBusy), now_ms_);
+  now_ms_ += kInquiryMs - 1;
   EXPECT_EQ(Bytes(), Inquiry());  // HELLO would be a second change
   Exchange(Trace(1), Traced(1));
   EXPECT_EQ(Hello(), Inquiry());

@@ -30,19 +30,22 @@ class LogHarness {
   virtual void RunReady() = 0;
 };
 
-/// The calls, each until its answer; a lack of one fails the test.
+/// The calls, each until its answer; a lack of one fails the test. They are repeated while the
+/// outcome is unknown, as on a busy machine, but for those that say Try.
 class WaitingLog {
  public:
   explicit WaitingLog(LogHarness* harness) : harness_(harness), log_(harness->NewClient()) {}
 
   ReplicatedLog& log() { return *log_; }
-  Result<Leader> TakeLead(Term seen, const std::string& node);
+  Leader TakeLead(Term seen, const std::string& node);
+  Result<Leader> TryTakeLead(Term seen, const std::string& node);
   Appended Append(const Group& group);
-  /// Again while it is unknown.
-  Appended AppendSurely(const Group& group);
+  Appended TryAppend(const Group& group);
   Status Trim(Sequence floor);
 
  private:
+  static constexpr int kMaxTries = 100;
+
   LogHarness* harness_;
   std::unique_ptr<ReplicatedLog> log_;
 };

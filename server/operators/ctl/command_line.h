@@ -21,6 +21,9 @@ void AddChangeCommands(CLI::App* program, const ServerOptions* options, int* exi
 /// tags ...: what is written on virtual RFID tags.
 void AddTagCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
+/// cluster ...: one of several servers.
+void AddClusterCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
+
 /// capture ...: the recording of a running server.
 void AddCaptureCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 

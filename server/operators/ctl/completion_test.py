@@ -37,7 +37,7 @@ def help_of(*command):
 def commands_of(*command):
     """The names under "Subcommands:"."""
     parts = help_of(*command).split("Subcommands:\n")
-    return re.findall(r"^  ([a-z]+)", parts[1], re.M) if len(parts) == 2 else []
+    return re.findall(r"^  ([a-z-]+)", parts[1], re.M) if len(parts) == 2 else []
 
 
 def options_of(*command):
@@ -63,7 +63,7 @@ class CompletionTest(unittest.TestCase):
 
     def test_beginnings_are_completed(self):
         self.assertEqual(offered("st"), {"status"})
-        self.assertEqual(offered("--socket", "/x", "--json", "cl"), {"clients"})
+        self.assertEqual(offered("--socket", "/x", "--json", "cli"), {"clients"})
         self.assertEqual(offered("paint", "1", "--u"), {"--units"})
 
     def test_a_robots_commands_are_offered_in_their_place(self):

@@ -46,6 +46,7 @@ int Main(int argc, char** argv) {
   AddShowCommands(&app, &options, &status);
   AddChangeCommands(&app, &options, &status);
   AddTagCommands(&app, &options, &status);
+  AddClusterCommands(&app, &options, &status);
   AddCaptureCommands(&app, &options, &status);
   AddMapCommands(&app, &status);
   AddJournalCommands(&app, &status);

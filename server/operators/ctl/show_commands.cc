@@ -144,6 +144,14 @@ int ShowStatus(const ServerOptions& options, bool with_hash) {
           : fmt::format("durable up to {}", CountAt(status, "durable_sequence"));
   fmt::print("log       event {}, {}; epoch {}, field time {:.3f} s\n", CountAt(status, "sequence"),
              kept, CountAt(status, "epoch"), NumberAt(status, "field_time_s"));
+  if (const json::value& cluster = At(status, "cluster"); !cluster.is_null()) {
+    const std::string leader = TextAt(cluster, "leader");
+    fmt::print("cluster   {}, node {} {}{}\n", TextAt(cluster, "name"), TextAt(cluster, "node"),
+               TextAt(cluster, "role"),
+               leader == TextAt(cluster, "node") ? ""
+               : leader.empty()                  ? "; nobody leads"
+                                                 : "; " + leader + " leads");
+  }
   if (with_hash) {
     fmt::print("state     hash {}\n", TextAt(status, "state_hash"));
   }

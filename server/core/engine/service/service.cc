@@ -25,6 +25,14 @@ bool AnswersAChange(const Engine& engine, const Message& message) {
                                                                  : message.opcode);
 }
 
+// Whether a server that has not followed everything yet would refuse so: the robot may have said
+// HELLO, or used the number before, at another server a moment ago.
+bool SeemsBehind(std::span<const Outgoing> answers) {
+  protocol::ErrorAnswer error;
+  return !answers.empty() && protocol::Decode(answers.back().message, &error) &&
+         (error.reason == Reason::kSayHello || error.reason == Reason::kSequenceReused);
+}
+
 }  // namespace
 
 Service::Service(OrderedLog* log, ReadClock read_clock, uint64_t start_ms, Engine engine)
@@ -192,6 +200,12 @@ std::optional<Observer::Outcome> Service::HandleOne(const Stamp& stamp, LinkInde
       return outcome;
     case Handling::kAnswer:
       engine_.Answer(stamp, link, message, out);
+      if (forward_ && SeemsBehind(std::span(*out).subspan(before)) &&
+          IsForwarded({link, message}, asker)) {
+        out->resize(before);
+        traffic_.Count(link, message, stamp.field_time_ms, fate);
+        return std::nullopt;
+      }
       // Only the answer to a repeated change depends on an event of the log.
       if (out->size() > before && out->back().durable_at != 0) {
         outcome.refused = RefusalOfRepeat(out->back());
@@ -206,7 +220,7 @@ std::optional<Observer::Outcome> Service::HandleOne(const Stamp& stamp, LinkInde
     case Handling::kChange: {
       const RequestReceived received{link, message};
       if (IsForwarded(received, asker)) {
-        traffic_.Count(link, message, stamp.field_time_ms, Traffic::Fate::kAnswered);
+        traffic_.Count(link, message, stamp.field_time_ms, fate);
         return std::nullopt;
       }
       outcome.refused = Change(stamp, received, out);
@@ -230,6 +244,9 @@ std::optional<Observer::Outcome> Service::HandleOne(const Stamp& stamp, LinkInde
     }
   }
   traffic_.Count(link, message, stamp.field_time_ms, fate, refusal);
+  if (asker.is_forwarded) {
+    traffic_.NoteForwarded(link, message.id);
+  }
   return outcome;
 }
 
@@ -278,11 +295,10 @@ uint64_t Service::Order(const Stamp& stamp, const Event& event, std::vector<Outg
   return sequence;
 }
 
-bool Service::IsForwarded(const Event& event, const Asker& asker) {
-  if (!forward_ || asker.is_forwarded || !forward_(event)) {
+bool Service::IsForwarded(const RequestReceived& received, const Asker& asker) {
+  if (!forward_ || asker.is_forwarded || !forward_(received)) {
     return false;
   }
-  const auto& received = std::get<RequestReceived>(event);
   forwarded_[{received.link, received.message.id}] = asker;
   ++counters_.forwarded;
   return true;
@@ -320,8 +336,8 @@ Status Service::Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* o
   const size_t before = out->size();
   for (const Outgoing& it : made) {
     if (it.message.opcode == protocol::kCommand) {
-      if (it.message.id == protocol::kBroadcastId ||
-          traffic_.Find(it.link, it.message.id) != nullptr) {
+      const RobotTraffic* robot = traffic_.Find(it.link, it.message.id);
+      if (it.message.id == protocol::kBroadcastId || (robot != nullptr && !robot->elsewhere)) {
         out->push_back(it);
       }
     } else {
@@ -337,6 +353,22 @@ void Service::AppendForwarded(Outgoing answer, std::vector<Outgoing>* out) {
   if (!waits.empty()) {
     answer.asker = waits.mapped();
     out->push_back(std::move(answer));
+  }
+}
+
+std::vector<HeardPose> Service::PosesSince(uint64_t since_ms) const {
+  std::vector<HeardPose> poses;
+  const std::lock_guard lock(mutex_);
+  traffic_.ForEachHeard(since_ms, [&poses](const HeardPose& it) { poses.push_back(it); });
+  return poses;
+}
+
+void Service::NotePoses(std::span<const HeardPose> poses) {
+  const std::lock_guard lock(mutex_);
+  for (const HeardPose& it : poses) {
+    if (it.link < engine_.config().links.size()) {
+      traffic_.NoteElsewhere(it);
+    }
   }
 }
 

@@ -99,6 +99,11 @@ class Service {
   void AnswerForwarded(LinkIndex link, const protocol::Message& message,
                        std::vector<Outgoing>* out);
 
+  /// The robots that were heard here after `since_ms`, and those that another server has heard: for
+  /// what depends on the last pose of a robot, whoever heard it.
+  std::vector<HeardPose> PosesSince(uint64_t since_ms) const;
+  void NotePoses(std::span<const HeardPose> poses);
+
   /// Field time goes on from here at the earliest: after all servers were down.
   void ResumeAt(uint64_t field_time_ms) {
     const std::lock_guard lock(mutex_);
@@ -253,7 +258,7 @@ class Service {
                                              std::vector<Outgoing>* out);
   protocol::Reason Change(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
   uint64_t Order(const Stamp& stamp, const Event& event, std::vector<Outgoing>* out);
-  bool IsForwarded(const Event& event, const Asker& asker);
+  bool IsForwarded(const RequestReceived& received, const Asker& asker);
   void AppendForwarded(Outgoing answer, std::vector<Outgoing>* out);
   Result<uint64_t> ChangeNow(const Event& event, std::vector<Outgoing>* out);
   Result<uint64_t> CheckAndChange(const Event& event, std::vector<Outgoing>* out);

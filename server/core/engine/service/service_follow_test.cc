@@ -139,6 +139,15 @@ TEST_F(FollowTest, ARefusalOfTheLeaderIsSentOnceToTheRobotThatWaits) {
   EXPECT_EQ(out.size(), 1u);
 }
 
+TEST_F(FollowTest, WhatIsUnknownOnlyBecauseTheFollowerIsBehindIsForwarded) {
+  Handle({Hello(1, 1), Deposit(1, 1)});  // the robot was at the leader a moment ago
+  EXPECT_TRUE(AskFollower({Deposit(1, 2)}).empty());
+  const std::vector<Outgoing> answers = Forward();
+  ASSERT_EQ(answers.size(), 1u);
+  EXPECT_EQ(answers[0].message.opcode, 0xA1);
+  EXPECT_EQ(CatchUp().size(), 1u);
+}
+
 TEST_F(FollowTest, WithoutALeaderAChangeIsRefusedAndAQueryAnswered) {
   Handle({Hello(1, 1)});
   CatchUp();
@@ -182,6 +191,34 @@ TEST_F(FollowTest, AnArrivalThatTheFollowerSeesIsForwarded) {
   EXPECT_EQ(arrivals, 1);
   ASSERT_EQ(halts.size(), 1u) << "the robot was heard at the follower, so it is halted from there";
   EXPECT_EQ(halts[0].message.opcode, protocol::kCommand);
+}
+
+TEST_F(FollowTest, APoseThatTheFollowerHeardIsKnownToTheLeader) {
+  AskFollower({Hello(3, 1)});
+  Forward();
+  CatchUp();
+  follower_now_.boottime_ms += 10;
+  AskFollower({Sense(3, 1'000, 5'000)});
+  EXPECT_FALSE(service_.SetGoal(0, 3, {5'000'000, 5'000'000}, 100'000).ok());
+  service_.NotePoses(follower_.PosesSince(0));
+  EXPECT_TRUE(service_.PosesSince(0).empty()) << "it was not heard there";
+  EXPECT_TRUE(service_.SetGoal(0, 3, {5'000'000, 5'000'000}, 100'000).ok());
+}
+
+TEST_F(FollowTest, ACommandIsSentFromWhereTheRobotWasHeardLast) {
+  CommandIssued issued;
+  issued.id = 3;
+  AskFollower({Hello(3, 1)});
+  Forward();
+  CatchUp();
+  std::vector<Outgoing> out;
+  ASSERT_TRUE(service_.Issue(issued, &out).ok());
+  EXPECT_EQ(CatchUp().size(), 1u);
+  Handle({Sense(3)});  // it has gone to the leader, which tells the follower
+  follower_now_.boottime_ms += 10;
+  follower_.NotePoses(std::vector<HeardPose>{{0, 3, {}, 77'000}});
+  ASSERT_TRUE(service_.Issue(issued, &out).ok());
+  EXPECT_TRUE(CatchUp().empty());
 }
 
 // Two observers, of leader and follower, must be able to make the same recording.

@@ -77,6 +77,7 @@ void Traffic::Count(LinkIndex link, const protocol::Message& message, uint64_t n
   robot.repeats += fate == Fate::kRepeated ? 1u : 0u;
   robot.refusals += fate == Fate::kRefused ? 1u : 0u;
   robot.last_ms = now_ms;
+  robot.elsewhere = false;
   const auto asked = AskedIn(message);
   if (refusal != robot.refusal && (asked || refusal != protocol::Reason::kNone)) {
     robot.refusal = refusal;
@@ -87,6 +88,15 @@ void Traffic::Count(LinkIndex link, const protocol::Message& message, uint64_t n
     robot.sensed_type = asked->type;
   } else {
     NoteWords(message, now_ms, &robot);
+  }
+}
+
+void Traffic::NoteElsewhere(const HeardPose& heard) {
+  RobotTraffic& robot = At(heard.link, heard.id);
+  if (heard.at_ms > robot.last_ms || (robot.elsewhere && heard.at_ms == robot.last_ms)) {
+    NotePose(heard.pose, heard.at_ms, &robot);
+    robot.last_ms = heard.at_ms;
+    robot.elsewhere = true;
   }
 }
 
@@ -108,7 +118,7 @@ const RobotTraffic* Traffic::Find(LinkIndex link, uint8_t id) const {
     return nullptr;
   }
   const RobotTraffic& robot = (*links_[link])[id];
-  return robot.requests != 0 ? &robot : nullptr;
+  return robot.requests != 0 || robot.elsewhere ? &robot : nullptr;
 }
 
 }  // namespace pheromone::engine

@@ -45,6 +45,15 @@ struct RobotTraffic {
   std::optional<Told<protocol::CommandCode>> obeyed;   ///< halt or resume, acknowledged last
   uint64_t arrived_ms = 0;                             ///< at a goal; 0: not yet
   uint8_t sensed_type = 0;  ///< what its last SENSE or TRACE asked for; 0: it has not asked
+  bool elsewhere = false;   ///< another server of a cluster has heard it last
+};
+
+/// A pose that another server is to know, or knows.
+struct HeardPose {
+  LinkIndex link = 0;
+  uint8_t id = 0;
+  protocol::WirePose pose;
+  uint64_t at_ms = 0;  ///< field time
 };
 
 class Traffic {
@@ -65,6 +74,20 @@ class Traffic {
   /// Counts a message from a client. `refusal`: of the ERROR that answers it.
   void Count(LinkIndex link, const protocol::Message& message, uint64_t now_ms, Fate fate,
              protocol::Reason refusal = protocol::Reason::kNone);
+  /// What another server has heard, or has passed on, unless the robot was heard here since.
+  void NoteElsewhere(const HeardPose& heard);
+  void NoteForwarded(LinkIndex link, uint8_t id) { At(link, id).elsewhere = true; }
+  /// Calls `visit(const HeardPose&)` for each robot that was heard here after `since_ms`.
+  template <typename Visit>
+  void ForEachHeard(uint64_t since_ms, Visit&& visit) const {
+    for (size_t link = 0; link < links_.size(); ++link) {
+      ForEachOf(static_cast<LinkIndex>(link), [&](uint8_t id, const RobotTraffic& robot) {
+        if (!robot.elsewhere && robot.pose && robot.last_ms > since_ms) {
+          visit(HeardPose{static_cast<LinkIndex>(link), id, *robot.pose, robot.last_ms});
+        }
+      });
+    }
+  }
   /// The halt of all robots is sent on a link.
   void NoteHaltOfAll(LinkIndex link, uint64_t now_ms);
   void NoteArrival(LinkIndex link, uint8_t id, uint64_t now_ms);
@@ -81,7 +104,7 @@ class Traffic {
       return;
     }
     for (size_t id = 0; id < links_[link]->size(); ++id) {
-      if (const RobotTraffic& robot = (*links_[link])[id]; robot.requests != 0) {
+      if (const RobotTraffic& robot = (*links_[link])[id]; robot.requests != 0 || robot.elsewhere) {
         visit(static_cast<uint8_t>(id), robot);
       }
     }

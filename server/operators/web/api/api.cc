@@ -159,6 +159,7 @@ constexpr auto kRoutes = std::to_array<Route>({
     {"/api/v1/ticket", Where::kTicket},
     {"/api/v1/reload", Where::kAtOnce, nullptr, Reload},
     {"/api/v1/snapshot", Where::kAtOnce, nullptr, Snapshot},
+    {"/api/v1/step-down", Where::kAtOnce, nullptr, StepDown},
 });
 
 const Route* FindRoute(std::string_view path) {

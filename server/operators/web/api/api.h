@@ -15,8 +15,8 @@
 //   GET  /api/v1/events           what has happened (event_log.h)
 //   GET  /api/v1/captures         and captures/NAME: the recordings (capture_files.h)
 //   POST /api/v1/ticket           for a viewer that makes changes (ticket.h)
-//   POST /api/v1/deposit  erase  paint  undo  redo  command  halt  reload  snapshot  capture
-//                                 (mutations.h)
+//   POST /api/v1/deposit  erase  paint  undo  redo  command  halt  reload  snapshot  step-down
+//                capture          (mutations.h)
 //
 // A GET is permitted to anyone who can connect, provided that its Host names this server (host.h).
 // A POST must come over the Unix socket, or have "Authorization: Bearer TOKEN" and no Origin other

@@ -346,6 +346,19 @@ void Snapshot(control::Control* control, Parameters* fields, Respond respond) {
   });
 }
 
+void StepDown(control::Control* control, Parameters* fields, Respond respond) {
+  const std::string successor =
+      fields->Has("successor") ? fields->String("successor").value_or("") : "";
+  fields->AllowOnly({"successor"});
+  if (fields->problem()) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  control->StepDown(successor, [respond = std::move(respond)](const Status& done) {
+    respond(done.ok() ? Done({}) : Refuse(409, {done.error(), "", ""}));
+  });
+}
+
 void Capture(control::Control* control, Parameters* fields, Respond respond) {
   const auto action = fields->String("action");
   if (action && *action != "start" && *action != "stop") {

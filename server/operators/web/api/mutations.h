@@ -47,6 +47,9 @@ void Unlock(control::Control* control, Parameters* fields, Respond respond);
 void Reload(control::Control* control, Parameters* fields, Respond respond);
 void Snapshot(control::Control* control, Parameters* fields, Respond respond);
 
+/// successor: a node of the cluster, or nothing: another server orders the changes.
+void StepDown(control::Control* control, Parameters* fields, Respond respond);
+
 /// action: "start" or "stop" the recording.
 void Capture(control::Control* control, Parameters* fields, Respond respond);
 

@@ -100,6 +100,9 @@ Words WordsOf(std::string_view name, const json::object& body, const json::objec
   if (name == "ticket") {
     return {"made a ticket for a viewer", ""};
   }
+  if (name == "step-down") {
+    return {"handed the lead of the cluster over", ""};
+  }
   if (name == "snapshot") {
     return {"snapshot " + TextOf(answer, "snapshot"), ""};
   }
