@@ -32,6 +32,7 @@ from cluster.scene import FLOOR, SERVERS, TCP, UDP, WITNESS, Call, Scene  # noqa
 from operated_daemon import await_that  # noqa: E402
 
 SKIPPED = 77
+SERVER_LINKS = {"udp": 0, "tcp": 1}  # their indices
 AGAIN_S = 60  # that robots may take until everything is answered, once all is healed
 HALT_S = 0.1
 
@@ -258,7 +259,7 @@ def robots_at(history, halts):
     return found
 
 
-def judge(run, folder, is_complete):
+def judge(run, folder, is_complete, groups, others=()):
     """What is wrong, and prints figures."""
     scene, program = run.scene, run.scene.tests_dir / "replayed_journal"
     history = histories.read(run.history)
@@ -269,7 +270,8 @@ def judge(run, folder, is_complete):
         wrong += histories.check_journal(it, journal)
     wrong += histories.check_equal(journals)
     longest = max(journals.values(), key=lambda it: len(it.lines))
-    wrong += histories.check_robots(history, longest)
+    wrong += histories.check_groups(groups, longest)
+    wrong += histories.check_robots(history, longest, others)
     wrong += histories.check_operators(scene.edits, longest)
     wrong += histories.check_hashes(scene.statuses, longest)
     for it in SERVERS:
@@ -282,7 +284,8 @@ def judge(run, folder, is_complete):
     times = sorted(it for _, it in answered)
     print(f"{len(run.made)} faults; {len(longest.lines)} events; {len(answered)} changes of robots "
           f"acknowledged, {sum(status == 200 for *_, status in scene.edits)} of {len(scene.edits)} edits; "
-          f"{len(hashed)} hashes told; {len(scene.leaders)} leaders seen; servers ended by themselves "
+          f"{len(hashed)} hashes told; {len({term for *_, term in groups})} terms in the "
+          f"log; servers ended by themselves "
           f"{sum(len(it.endings) for it in scene.servers.values())} times")
     print(f"changes: p50 {1000 * histories.quantile(times, 0.5):.0f} ms, p99 "
           f"{1000 * histories.quantile(times, 0.99):.0f} ms, longest {1000 * max(times, default=0):.0f} ms")
@@ -311,7 +314,8 @@ def run_faults(options, planned, folder):
         run.run()
         is_complete = scene.end_robots(AGAIN_S)
         is_complete = scene.await_equal(AGAIN_S) and is_complete
-    return judge(run, folder, is_complete)
+        groups = scene.groups()
+    return judge(run, folder, is_complete, groups)
 
 
 def run_plant(options, folder):
@@ -352,19 +356,19 @@ class Drivers:
             modems = [word for it in SERVERS for word in (
                 "--modem", f"{'udp:' * (kind == 'udp')}{scene.network.address(it)}:"
                            f"{UDP if kind == 'udp' else TCP}")]
-            self.robots.append((kind, lays, Program(*scene.network.command(FLOOR, [
+            self.robots.append((kind, lays, f"{SERVER_LINKS[kind]}:{number}", Program(*scene.network.command(FLOOR, [
                 bin_dir / "pheromone-robot", "--robot", f"127.0.0.1:{port}", *modems, "--start", "5", "5",
                 "0", "--speed", "50", "--id", str(number), "--released", *["--lay-trail"] * lays]))))
 
     def end(self):
-        """(kind, lays a trail, longest silence in s, fail-safe stops) of each."""
+        """(kind, lays a trail, longest silence in s, fail-safe stops, silences at moves, name) of each."""
         found = []
-        for kind, lays, robot in self.robots:
+        for kind, lays, name, robot in self.robots:
             robot.end(signal.SIGTERM)
             text = robot.text()
             found.append((kind, lays, float(re.search(r"longest time without an answer ([\d.]+)", text)[1]),
                           int(re.search(r"(\d+) fail-safe stops", text)[1]),
-                          [float(it) for it in re.findall(r"answers, ([\d.]+) s after", text)]))
+                          [float(it) for it in re.findall(r"answers, ([\d.]+) s after", text)], name))
         for it in self.pioneers:
             it.kill()
         return found
@@ -376,7 +380,7 @@ def run_kills(options, folder):
     with Scene(options.bin_dir, options.tests_dir, folder) as scene:
         scene.begin_robots(options.seed, history)
         drivers = Drivers(scene, options.bin_dir)
-        for _, _, robot in drivers.robots:
+        for *_, robot in drivers.robots:
             robot.await_line(" drives")
         run = Run(scene, [], history)
         kills = []
@@ -392,7 +396,8 @@ def run_kills(options, folder):
         is_complete = scene.end_robots(AGAIN_S)
         driven = drivers.end()
         is_complete = scene.await_equal(AGAIN_S) and is_complete
-    wrong = judge(run, folder, is_complete)
+        groups = scene.groups()
+    wrong = judge(run, folder, is_complete, groups, [it[-1] for it in driven])
     lines = histories.read(history)
     pairs = {"0:1", "0:2", "1:3", "1:4"}
     over = [[latency for at, latency in histories.latencies(lines) if t - latency <= at < t + 2.0
@@ -404,7 +409,7 @@ def run_kills(options, folder):
     table = [(what, len(kills), "changes in the 2 s after it", len(waits), waits),
              (what, len(kills), "longest wait of a change, of each kill", len(longest), longest),
              (what, len(kills), "silence of a stranger with two servers, from 0.2 s", len(silences), silences)]
-    for kind, lays, silence, stops, moves in driven:
+    for kind, lays, silence, stops, moves, _ in driven:
         table.append((what, len(kills), f"pheromone-robot {kind}{' lays a trail' * lays}: silence at moves; "
                       f"{stops} fail-safe stops; longest {silence:.3f} s", len(moves), moves))
     for fault, count, figure, of, values in table:

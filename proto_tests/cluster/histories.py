@@ -65,7 +65,21 @@ def check_equal(journals):
         yield f"{first} has {len(a.lines)} events, {second} {len(b.lines)}"
 
 
-def check_robots(history, journal):
+def check_groups(groups, journal):
+    """`groups`: (first event, events, term) of each in the log."""
+    end, before = None, 0
+    for first, count, term in groups:
+        if end is not None and first != end:
+            yield f"the group at {first} in the log follows one that ends before {end}"
+        if term < before:
+            yield f"the group at {first} has term {term}, after {before}"
+        end, before = first + count, term
+    if end != len(journal.lines) + 1:
+        yield f"the log ends before event {end}, the journals after {len(journal.lines)}"
+
+
+def check_robots(history, journal, others=()):
+    """`others`: robots without a history."""
     sent = collections.defaultdict(list)
     answers = {}
     epochs = set()
@@ -103,7 +117,7 @@ def check_robots(history, journal):
             if answer is not None and answer not in made:
                 yield (f"robot {robot}: {body}, event {sequence}, was answered by {answer}, the "
                        f"replay's answer is {' '.join(made)}")
-    for robot in set(logged) - set(sent):
+    for robot in set(logged) - set(sent) - set(others):
         yield f"robot {robot} has changes in the log that it never sent"
 
 

@@ -184,7 +184,7 @@ class Robot:
             self.next_seq = (fields["last_seq"] + 1) % 256
         elif self.epoch != fields["epoch"]:
             self.tell("wrong", why=f"epoch {fields['epoch']} after {self.epoch}")
-        elif self.change is None and (fields["last_seq"] + 1) % 256 != self.next_seq:
+        elif self.change is None and 0 < (fields["last_seq"] + 1 - self.next_seq) % 256 < 128:
             self.tell("wrong", why=f"the server has seq {fields['last_seq']} as the last one of this "
                                    f"robot, which goes on with {self.next_seq}")
         self.epoch = fields["epoch"]

@@ -4,6 +4,7 @@ Machines a and b have etcd and a server, w only etcd; the robots are on the floo
 that are killed, or end, are started again when they may be. Nothing here judges.
 """
 
+import base64
 import contextlib
 import json
 import os
@@ -11,6 +12,7 @@ import pathlib
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -286,6 +288,22 @@ class Scene:
             self.robots.kill()
             self.robots.wait()
             return False
+
+    def groups(self):
+        """(first event, events, term) of each group that etcd has."""
+        ask = ("import json, sys, urllib.request as it; print(it.urlopen(it.Request(sys.argv[1],"
+               "sys.argv[2].encode()), timeout=10).read().decode())")
+        prefix = b"/pheromone/test/log"
+        made = subprocess.run(self.network.command(WITNESS, [
+            sys.executable, "-c", ask, f"http://{self.network.address(WITNESS)}:{ETCD_PORT}/v3/kv/range",
+            json.dumps({"key": base64.b64encode(prefix + b"/").decode(),
+                        "range_end": base64.b64encode(prefix + b"0").decode()})]),
+            capture_output=True, text=True, check=True)
+        found = []
+        for it in json.loads(made.stdout).get("kvs", []):
+            _, count, term = struct.unpack_from("<BIQ", base64.b64decode(it["value"]))
+            found.append((int(base64.b64decode(it["key"]).rpartition(b"/")[2], 16), count, term))
+        return found
 
     # --- The end
 
