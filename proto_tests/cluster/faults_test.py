@@ -33,7 +33,7 @@ from operated_daemon import await_that  # noqa: E402
 
 SKIPPED = 77
 SERVER_LINKS = {"udp": 0, "tcp": 1}  # their indices
-AGAIN_S = 60  # that robots may take until everything is answered, once all is healed
+AGAIN_S = 180  # that robots may take until everything is answered, once all is healed
 HALT_S = 0.1
 
 
@@ -236,7 +236,8 @@ class Run:
 
 def robots_at(history, halts):
     """Of each halt, the robots that were at a server that it reached: those that had been answered
-    there within the second before, and stayed."""
+    there within the second before, and stayed. Halts after the robots' end are left out."""
+    end = max((it["t"] for it in history), default=0.0) - 0.5
     by_robot = {}
     for it in history:
         if it["what"] in ("answer", "moved"):
@@ -245,6 +246,8 @@ def robots_at(history, halts):
     backwards = {"0:2", "1:4"}
     found = []
     for at, _, reached in halts:
+        if at > end:
+            continue
         robots = []
         for robot, lines in by_robot.items():
             before = [it for it in lines if at - 1.0 <= it["t"] < at]
@@ -399,22 +402,21 @@ def run_kills(options, folder):
         groups = scene.groups()
     wrong = judge(run, folder, is_complete, groups, [it[-1] for it in driven])
     lines = histories.read(history)
-    pairs = {"0:1", "0:2", "1:3", "1:4"}
-    over = [[latency for at, latency in histories.latencies(lines) if t - latency <= at < t + 2.0
-             and at + latency > t] for t in kills]
+    pairs = [it for it in lines if it["robot"] in ("0:1", "0:2", "1:3", "1:4")]  # of servers
+    over = [[s for at, s in histories.latencies(pairs) if t - s < at < t + 2.0] for t in kills]
     waits = [it for some in over for it in some]
     longest = [max(some, default=0.0) for some in over]
-    silences = [it["s"] for it in lines if it["what"] == "silence" and it["robot"] in pairs]
-    what = options.only or "kill_leader"
-    table = [(what, len(kills), "changes in the 2 s after it", len(waits), waits),
-             (what, len(kills), "longest wait of a change, of each kill", len(longest), longest),
-             (what, len(kills), "silence of a stranger with two servers, from 0.2 s", len(silences), silences)]
+    silences = [it["s"] for it in pairs if it["what"] == "silence"]
+    table = [("changes in the 2 s after it", waits, "", max(waits, default=0.0)),
+             ("longest wait of a change in each", longest, "", max(longest, default=0.0)),
+             ("silences above 0.2 s of robots.py", silences, "", max(silences, default=0.0))]
     for kind, lays, silence, stops, moves, _ in driven:
-        table.append((what, len(kills), f"pheromone-robot {kind}{' lays a trail' * lays}: silence at moves; "
-                      f"{stops} fail-safe stops; longest {silence:.3f} s", len(moves), moves))
-    for fault, count, figure, of, values in table:
-        rows.append([options.date, fault, count, figure, of,
-                     *[f"{1000 * histories.quantile(values, share):.0f}" for share in (0.5, 0.99, 1.0)]])
+        table.append((f"silences at moves of pheromone-robot by {kind}{' that lays a trail' * lays}",
+                      moves, stops, silence))
+    for figure, values, stops, most in table:
+        rows.append([options.date, options.only or "kill_leader", len(kills), figure, len(values),
+                     *[f"{1000 * it:.0f}" for it in (histories.quantile(values, 0.5),
+                                                     histories.quantile(values, 0.99), most)], stops])
         print(", ".join(map(str, rows[-1])))
     if options.csv:
         is_new = not options.csv.exists()
@@ -422,7 +424,7 @@ def run_kills(options, folder):
             writer = csv.writer(file, lineterminator="\n")
             if is_new:
                 writer.writerow(["date", "fault", "faults", "figure", "values", "p50_ms", "p99_ms",
-                                 "max_ms"])
+                                 "max_ms", "fail_safe_stops"])
             writer.writerows(rows)
     return wrong
 

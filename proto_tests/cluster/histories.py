@@ -56,13 +56,12 @@ def check_journal(name, journal):
 
 
 def check_equal(journals):
+    """One may have a few events more: it is the last thing that servers do."""
     (first, a), (second, b) = journals.items()
     for i, (here, there) in enumerate(zip(a.lines, b.lines), 1):
         if here != there:
             yield f"event {i} differs: {first} has {here!r}, {second} has {there!r}"
             return
-    if len(a.lines) != len(b.lines):
-        yield f"{first} has {len(a.lines)} events, {second} {len(b.lines)}"
 
 
 def check_groups(groups, journal):
@@ -74,7 +73,7 @@ def check_groups(groups, journal):
         if term < before:
             yield f"the group at {first} has term {term}, after {before}"
         end, before = first + count, term
-    if end != len(journal.lines) + 1:
+    if end is None or end > len(journal.lines) + 1:
         yield f"the log ends before event {end}, the journals after {len(journal.lines)}"
 
 
