@@ -24,24 +24,6 @@ bool IsAddress(int family, const std::string& text) {
   return inet_pton(family, text.c_str(), &address) == 1;
 }
 
-std::optional<Endpoint> ParseEndpoint(std::string_view text) {
-  const size_t colon = text.rfind(':');
-  if (colon == std::string_view::npos) {
-    return std::nullopt;
-  }
-  std::string_view address = text.substr(0, colon);
-  const std::string_view port = text.substr(colon + 1);
-  const bool brackets = address.size() > 2 && address.front() == '[' && address.back() == ']';
-  if (brackets) {
-    address = address.substr(1, address.size() - 2);
-  }
-  Endpoint endpoint{std::string(address), 0};
-  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), endpoint.port);
-  const bool good = error == std::errc() && end == port.data() + port.size() && !port.empty() &&
-                    IsAddress(brackets ? AF_INET6 : AF_INET, endpoint.address);
-  return good ? std::optional(endpoint) : std::nullopt;
-}
-
 // The owner of the file is often not the user of the server.
 std::string WhoMustReadIt(const std::string& path) {
   if (access(path.c_str(), R_OK) == 0 || errno != EACCES) {
@@ -150,6 +132,24 @@ std::optional<std::string> ReadName(const TableReader& table) {
     return std::nullopt;
   }
   return name;
+}
+
+std::optional<Endpoint> ParseEndpoint(std::string_view text) {
+  const size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos) {
+    return std::nullopt;
+  }
+  std::string_view address = text.substr(0, colon);
+  const std::string_view port = text.substr(colon + 1);
+  const bool brackets = address.size() > 2 && address.front() == '[' && address.back() == ']';
+  if (brackets) {
+    address = address.substr(1, address.size() - 2);
+  }
+  Endpoint endpoint{std::string(address), 0};
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), endpoint.port);
+  const bool good = error == std::errc() && end == port.data() + port.size() && !port.empty() &&
+                    IsAddress(brackets ? AF_INET6 : AF_INET, endpoint.address);
+  return good ? std::optional(endpoint) : std::nullopt;
 }
 
 std::optional<Endpoint> ReadEndpoint(const TableReader& table, std::string_view key) {

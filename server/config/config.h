@@ -88,7 +88,7 @@ struct ClusterSettings {
   static constexpr uint32_t kHeartbeatMs = 50;  ///< between two of a daemon
 
   std::string name;
-  std::vector<std::string> engine;  ///< of etcd's members, "http://10.0.0.1:2379"
+  std::vector<Endpoint> engine;  ///< of etcd's members, in plain HTTP
   std::vector<Node> nodes;          ///< by name
   std::string node;    ///< which of them this machine is; empty: it was not asked for (Machine)
   std::string secret;  ///< that all of them have: bytes

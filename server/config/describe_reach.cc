@@ -50,7 +50,8 @@ std::string DescribeCluster(const ClusterSettings& cluster) {
                 [](const ClusterSettings::Node& it) {
                   return it.name + " (" + ToText(it.address) + ")";
                 }) +
-         "; log in etcd at " + Joined(cluster.engine, [](const std::string& it) { return it; }) +
+         "; log in etcd at " +
+         Joined(cluster.engine, [](const Endpoint& it) { return ToText(it); }) +
          fmt::format("; a leader that is silent for {} ms is replaced", cluster.suspect_ms);
 }
 

@@ -1,9 +1,7 @@
 // [cluster]: several daemons with one map.
 #include <algorithm>
-#include <charconv>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "server/config/sections.h"
@@ -32,34 +30,20 @@ bool Has(const std::vector<Node>& nodes, std::string_view name) {
                      [name](const Node& node) { return node.name == name; });
 }
 
-// http://HOST:PORT; an IPv6 address in brackets.
-bool IsEngineUrl(std::string_view text) {
-  constexpr std::string_view kScheme = "http://";
+constexpr std::string_view kScheme = "http://";
+
+std::optional<Endpoint> ParseEngineUrl(std::string_view text) {
   if (!text.starts_with(kScheme)) {
-    return false;
+    return std::nullopt;
   }
   text.remove_prefix(kScheme.size());
-  const size_t colon = text.rfind(':');
-  if (colon == std::string_view::npos || colon == 0) {
-    return false;
-  }
-  const std::string_view digits = text.substr(colon + 1);
-  uint16_t port = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
-  const std::string_view host = text.substr(0, colon);
-  const bool is_v6 = host.size() > 2 && host.front() == '[' && host.back() == ']';
-  const std::string_view inside = is_v6 ? host.substr(1, host.size() - 2) : host;
-  const bool is_host = std::all_of(inside.begin(), inside.end(), [is_v6](char c) {
-    const bool is_alphanumeric =
-        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    return is_alphanumeric || c == '.' || c == (is_v6 ? ':' : '-');
-  });
-  return is_host && error == std::errc() && end == digits.data() + digits.size() && port != 0;
+  const auto endpoint = ParseEndpoint(text);
+  return endpoint && endpoint->port != 0 ? endpoint : std::nullopt;
 }
 
-void ReadEngine(const TableReader& table, std::vector<std::string>* engine) {
+void ReadEngine(const TableReader& table, std::vector<Endpoint>* engine) {
   static constexpr std::string_view kExpected =
-      "1 to 9 different addresses of etcd's members, http://HOST:PORT, such as "
+      "1 to 9 different numeric addresses of etcd's members, http://ADDRESS:PORT, such as "
       "[\"http://10.0.0.1:2379\"]";
   const Value* list = table.Find("engine");
   if (list == nullptr) {
@@ -73,15 +57,16 @@ void ReadEngine(const TableReader& table, std::vector<std::string>* engine) {
   }
   for (const Value& item : list->items) {
     const bool is_text = item.kind == Value::Kind::kString;
+    const auto member = is_text ? ParseEngineUrl(item.text) : std::nullopt;
     if (is_text && item.text.starts_with("https://")) {
-      table.Expected("engine", item,
-                     "http://HOST:PORT: there is no TLS between the server and etcd, whose ports "
-                     "belong on a network of the cluster's own");
-    } else if (!is_text || !IsEngineUrl(item.text) ||
-               std::find(engine->begin(), engine->end(), item.text) != engine->end()) {
+      table.Expected(
+          "engine", item,
+          "http://ADDRESS:PORT: there is no TLS between the server and etcd, whose ports "
+          "belong on a network of the cluster's own");
+    } else if (!member || std::find(engine->begin(), engine->end(), *member) != engine->end()) {
       table.Expected("engine", item, kExpected);
     } else {
-      engine->push_back(item.text);
+      engine->push_back(*member);
     }
   }
 }

@@ -122,6 +122,7 @@ constexpr std::string_view kNameExpected =
 bool IsName(std::string_view text);
 
 /// A numeric address and a port: "127.0.0.1:4950", "[::1]:4950".
+std::optional<Endpoint> ParseEndpoint(std::string_view text);
 std::optional<Endpoint> ReadEndpoint(const TableReader& table, std::string_view key);
 
 /// The regular file that `key` names, its extension one of `extensions` (".csv"), in any case; any
