@@ -92,11 +92,12 @@ struct Greeting {
 
 /// A heartbeat: what the sender knows of the log, and is.
 struct Beat {
-  uint64_t term = 0;       ///< the highest that it knows
-  bool leads = false;      ///< in that term
-  bool is_healthy = true;  ///< it could lead: its journal accepts events
-  uint64_t next = 1;       ///< one after the last committed event that it knows
-  uint8_t role = 0;        ///< replica.h; for status only
+  uint64_t term = 0;        ///< the highest that it knows
+  bool leads = false;       ///< in that term
+  bool is_healthy = true;   ///< it could lead: its journal accepts events
+  uint64_t next = 1;        ///< one after the last committed event that it knows
+  std::string successor{};  ///< who shall lead after it; empty: anybody
+  uint8_t role = 0;         ///< replica.h; for status only
   bool operator==(const Beat&) const = default;
 
   template <typename Self, typename Visit>
@@ -105,6 +106,7 @@ struct Beat {
     visit("leads", it.leads);
     visit("is_healthy", it.is_healthy);
     visit("next", it.next);
+    visit("successor", it.successor);
     visit("role", it.role);
   }
 };

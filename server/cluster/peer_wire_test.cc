@@ -32,7 +32,12 @@ std::vector<PeerMessage> OneOfEach() {
   trace.data[1] = 0x22;
   return {
       GreetingOf("a"),
-      Beat{.term = 3, .leads = true, .is_healthy = false, .next = 0x0102030405060708, .role = 4},
+      Beat{.term = 3,
+           .leads = true,
+           .is_healthy = false,
+           .next = 0x0102030405060708,
+           .successor = "b",
+           .role = 4},
       ForwardedRequest{.link = 2, .message = trace, .asker = 77},
       DirectAnswer{.link = 2, .message = trace, .asker = 77},
       ForwardedEvent{engine::GoalEnded{1, 2, true, {-3, 4}}},
@@ -61,12 +66,13 @@ std::string ErrorOfFrame(const std::string& frame) {
 
 TEST(PeerWire, HasTheBytesOfTheDescription) {
   EXPECT_EQ(Encoded(Beat{.term = 0x0A0B, .leads = true, .is_healthy = false, .next = 1, .role = 2}),
-            "\x14\0\0\0"s
+            "\x18\0\0\0"s
             "\x01"
             "\x0B\x0A\0\0\0\0\0\0"s
             "\x01"
             "\0"s
             "\x01\0\0\0\0\0\0\0"s
+            "\0\0\0\0"s
             "\x02");
   EXPECT_EQ(Encoded(GreetingOf("a")),
             "\x2C\0\0\0"s
