@@ -101,7 +101,7 @@ Status EtcdReader::OnFound(const TxnAnswer::Part& last) {
     log_end_ = floor_;
     found_ = true;
   } else {
-    window_ *= kWindowGrows;
+    window_ = window_ > from_ / kWindowGrows ? from_ : window_ * kWindowGrows;
   }
   return Ok();
 }
