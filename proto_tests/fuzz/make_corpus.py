@@ -317,8 +317,7 @@ def etcd_answers():
 
 def main(folder):
     for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
-                   "capture", "radio", "pnml", "stream", "http", "session", "peer_wire"):
-                   "capture", "radio", "pnml", "stream", "http", "session", "etcd"):
+                   "capture", "radio", "pnml", "stream", "http", "session", "etcd", "peer_wire"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
