@@ -82,7 +82,7 @@ class Daemon::Impl {
         journal_(std::move(journal)),
         member_(MakeMember(config)),
         service_(
-            log(), [this] { return ReadSystemClocks(); },
+            log(), [] { return ReadSystemClocks(); },
             member_ != nullptr ? journal_->last_ms() : journal_->start_ms(),
             journal_->TakeEngine()),
         saver_(
