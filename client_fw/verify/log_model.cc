@@ -52,6 +52,9 @@ Page LogModel::PageOf(size_t from, size_t to, Sequence first) const {
       page.groups.push_back(change.group);
     }
   }
+  if (mutant_ == LogMutant::kTellsLeaderFirst) {
+    page.leader = leader_;
+  }
   return page;
 }
 

@@ -17,8 +17,9 @@ namespace pheromone::verify {
 /// What is left out, so that it is refuted.
 enum class LogMutant : uint8_t {
   kNone,
-  kNoPlaceCompare,  ///< a group replaces the one at its place
-  kNoTermCompare,   ///< whoever led once may append
+  kNoPlaceCompare,    ///< a group replaces the one at its place
+  kNoTermCompare,     ///< whoever led once may append
+  kTellsLeaderFirst,  ///< a page has the present leader, but groups of an earlier moment only
 };
 
 class LogModel {

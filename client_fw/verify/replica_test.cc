@@ -91,6 +91,12 @@ TEST(LogMutant, AcceptsFormerLeaders) {
                 "change 0 was acknowledged and is not in the state of b, which leads later");
 }
 
+// As an engine does that reads in portions and tells with each who leads.
+TEST(LogMutant, TellsTheLeaderBeforeTheGroups) {
+  ExpectRefuted({.changes = 2, .asks = 2, .unknowns = 0, .log = LogMutant::kTellsLeaderFirst},
+                "change 1 was acknowledged and is not in the state of b, which leads later");
+}
+
 TEST(DaemonMutant, AcknowledgesBeforeTheLogDoes) {
   ExpectRefuted({.changes = 1, .asks = 2, .unknowns = 0, .daemon = DaemonMutant::kReleasesEarly},
                 "change 0 was acknowledged and is not in the log");

@@ -191,11 +191,11 @@ void ReplicaWorld::Send(Request request) {
   requests_.push_back(std::move(request));
 }
 
-void ReplicaWorld::Execute(size_t at, bool also_later) {
-  const Request request = requests_[at];
-  requests_[at].is_awaited = false;
+void ReplicaWorld::Execute(size_t place, bool also_later) {
+  const Request request = requests_[place];
+  requests_[place].is_awaited = false;
   if (!also_later) {
-    requests_.erase(requests_.begin() + static_cast<std::ptrdiff_t>(at));
+    requests_.erase(requests_.begin() + static_cast<std::ptrdiff_t>(place));
   }
   auto it = std::make_shared<Node>(*nodes_[request.node]);
   if (request.seen) {
@@ -212,6 +212,38 @@ void ReplicaWorld::Execute(size_t at, bool also_later) {
   Settle(request.node, it.get());
   nodes_[request.node] = std::move(it);
   Forget();
+}
+
+// Has no answer to an append, or to asking for the lead. False if it is lost and cannot be.
+bool ReplicaWorld::GiveUp(size_t node, bool is_append, bool is_lost) {
+  --left_.unknowns;
+  const auto awaited =
+      std::find_if(requests_.begin(), requests_.end(), [&](const Request& request) {
+        return request.is_awaited && request.node == node && request.seen.has_value() != is_append;
+      });
+  if (awaited != requests_.end()) {  // else it was executed, and the answer is lost
+    awaited->is_awaited = false;
+    if (is_lost) {
+      requests_.erase(awaited);
+    }
+  } else if (is_lost) {
+    return false;
+  }
+  Edit(node, [&](Node* to) {
+    if (is_append) {
+      to->awaits_append = false;
+      to->append_answer.reset();
+      if (left_.daemon == DaemonMutant::kResendsElsewhere) {
+        to->unanswered = to->replica.committed() + 1;
+      }
+      to->replica.OnAppended(Appended::kUnknown, to->now_ms);
+    } else {
+      to->awaits_lead = false;
+      to->lead_answer.reset();
+      to->replica.OnLead(Error{"no answer"}, to->now_ms);
+    }
+  });
+  return true;
 }
 
 // Requests that nobody awaits and the log can only refuse, now and later.
@@ -287,33 +319,17 @@ void ReplicaWorld::NextOfTime(size_t node, const Visit& visit) const {
     });
     visit(NameOf(node) + " waits", std::move(world));
   }
-  if (left_.unknowns > 0 && (it.awaits_lead || it.awaits_append)) {
-    for (const bool is_append : {false, true}) {
-      if (is_append ? !it.awaits_append : !it.awaits_lead) {
-        continue;
-      }
-      ReplicaWorld world = *this;
-      --world.left_.unknowns;
-      for (Request& request : world.requests_) {
-        request.is_awaited =
-            request.is_awaited && (request.node != node || request.seen.has_value() == is_append);
-      }
-      world.Edit(node, [&](Node* to) {
-        if (is_append) {
-          to->awaits_append = false;
-          to->append_answer.reset();
-          if (left_.daemon == DaemonMutant::kResendsElsewhere) {
-            to->unanswered = to->replica.committed() + 1;
-          }
-          to->replica.OnAppended(Appended::kUnknown, to->now_ms);
-        } else {
-          to->awaits_lead = false;
-          to->lead_answer.reset();
-          to->replica.OnLead(Error{"no answer"}, to->now_ms);
-        }
-      });
-      visit(NameOf(node) + (is_append ? "'s append" : "'s asking") + " has no answer",
-            std::move(world));
+  for (const bool is_append : {false, true}) {
+    if (left_.unknowns == 0 || !(is_append ? it.awaits_append : it.awaits_lead)) {
+      continue;
+    }
+    const std::string what = NameOf(node) + (is_append ? "'s append" : "'s asking");
+    ReplicaWorld late = *this;
+    late.GiveUp(node, is_append, false);
+    visit(what + " has no answer", std::move(late));
+    ReplicaWorld lost = *this;
+    if (lost.GiveUp(node, is_append, true)) {
+      visit(what + " is lost", std::move(lost));
     }
   }
   if (left_.step_downs > 0 && it.replica.admits()) {

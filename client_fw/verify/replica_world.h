@@ -46,7 +46,7 @@ struct ReplicaLimits {
   size_t nodes = 3;
   int changes = 2;      ///< different ones
   int asks = 3;         ///< for the lead
-  int unknowns = 1;     ///< requests that are not answered: lost, late, or their answer lost
+  int unknowns = 1;     ///< requests without an answer: lost, late, or their answer is lost
   int crashes = 0;      ///< of daemons, followed by a restart
   int stale_reads = 0;  ///< restarts after which the first page may show any moment of the past
   int step_downs = 0;
@@ -111,7 +111,8 @@ class ReplicaWorld {
   void Deliver(size_t node, Node* it, const cluster::Group& group, bool is_own);
   void Acknowledge(const std::string& records, cluster::Term term);
   void Send(Request request);
-  void Execute(size_t request, bool also_later);
+  void Execute(size_t place, bool also_later);
+  bool GiveUp(size_t node, bool is_append, bool is_lost);
   void Forget();
   void NextOfNode(size_t node, const Visit& visit) const;
   void NextOfTime(size_t node, const Visit& visit) const;

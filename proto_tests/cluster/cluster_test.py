@@ -4,6 +4,7 @@
     cluster_test.py BIN_DIR
 """
 
+import json
 import pathlib
 import signal
 import subprocess
@@ -93,6 +94,18 @@ class ClusterTest(unittest.TestCase):
         status, text = daemon.call("POST", "/api/v1/halt", {})
         self.assertEqual(status, 200, text)
         await_that(lambda: robot.sense(1, 5000, 5000, 0) and halted, "the halt comes")
+
+    def test_a_reload_at_the_follower_is_that_of_the_leader(self):
+        for node in self.machines.nodes:
+            file = self.machines.folders[node] / "test.toml"
+            file.write_text(file.read_text().replace("tau_s = 60.0", "tau_s = 90.0"))
+        self.machines.daemons[self.follower].process.send_signal(signal.SIGHUP)
+
+        def are_changed():
+            return all(json.loads(daemon.call("GET", "/api/v1/laws")[1])["pheromones"][0]["tau_s"] == 90
+                       for daemon in self.machines.daemons.values())
+        await_that(are_changed, "the law is changed at both")
+        self.machines.await_equal()
 
     def test_a_leader_hands_over_when_it_is_asked_to_and_when_it_stops(self):
         robot = self.robot(7, self.follower, self.leader)

@@ -20,6 +20,7 @@
 
 #include "proto_tests/cluster/etcd_members.h"
 #include "proto_tests/cluster/relay.h"
+#include "server/base/base64.h"
 #include "server/cluster/etcd_client.h"
 #include "server/cluster/etcd_format.h"
 #include "server/cluster/etcd_messages.h"
@@ -322,6 +323,32 @@ TEST_F(EtcdLogTest, AFollowerReadsOnAfterACompaction) {
   ASSERT_TRUE(follower.AwaitGroups(groups.size()));
   EXPECT_EQ(follower.groups(), groups);
   EXPECT_TRUE(harness()->RunUntil([&] { return watches == 2; }));
+}
+
+TEST_F(EtcdLogTest, AGroupWhosePieceCannotBeReadIsReadAgain) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").term;
+  const std::vector<Group> groups = {MakeGroup(term, 1, 1), MakeGroup(term, 2, 3, 2'000'000),
+                                     MakeGroup(term, 5, 1)};
+  for (const Group& group : groups) {
+    ASSERT_EQ(leader.Append(group), Appended::kCommitted);
+  }
+  // Once, of the second piece.
+  const std::string key = ToBase64(EtcdKeys(settings().cluster).Piece(groups[1], 1));
+  bool has_failed = false;
+  relay->SetMadeUp("Not Found", 404);
+  relay->SetDecide([&](std::string_view request) {
+    const bool fails = !has_failed && request.find(key) != std::string_view::npos;
+    has_failed = has_failed || fails;
+    return fails ? Relay::Fate::kMakeUp : Relay::Fate::kPass;
+  });
+  settings().members = {relay->endpoint()};
+  Follower follower(harness(), 1);
+  ASSERT_TRUE(follower.AwaitGroups(3));
+  EXPECT_TRUE(has_failed);
+  EXPECT_EQ(follower.errors().size(), 1u);
+  EXPECT_TRUE(follower.groups() == groups);
 }
 
 TEST_F(EtcdLogTest, TransferMovesTheLeadershipToTheOwnMember) {

@@ -1,6 +1,7 @@
 #include "proto_tests/cluster/relay.h"
 
 #include <array>
+#include <cstdlib>
 #include <utility>
 
 #include <boost/asio/buffer.hpp>
@@ -38,6 +39,26 @@ asio::awaitable<void> PassAnswers(std::shared_ptr<tcp::socket> from,
   }
   error_code ignored;
   to->close(ignored);
+}
+
+// Reads until all of a request, as EtcdClient writes it, is at the beginning of `received`: its
+// size.
+asio::awaitable<size_t> ReadRequest(tcp::socket* from, std::string* received, error_code* error) {
+  constexpr std::string_view kLength = "Content-Length: ";
+  std::array<char, 16'384> bytes{};
+  while (!*error) {
+    const size_t head = received->find("\r\n\r\n");
+    const size_t length = received->find(kLength);
+    if (head != std::string::npos && length < head) {
+      const size_t body = std::strtoul(received->c_str() + length + kLength.size(), nullptr, 10);
+      if (received->size() >= head + 4 + body) {
+        co_return head + 4 + body;
+      }
+    }
+    const size_t size = co_await from->async_read_some(asio::buffer(bytes), Into(error));
+    received->append(bytes.data(), size);
+  }
+  co_return size_t{0};
 }
 
 }  // namespace
@@ -107,26 +128,25 @@ asio::awaitable<void> Relay::Serve(std::shared_ptr<State> state, tcp::socket acc
     co_return;
   }
   asio::co_spawn(*state->io, PassAnswers(member, client, is_lost), asio::detached);
-  std::array<char, 16'384> bytes{};
-  Fate fate = Fate::kPass;
+  std::string received;
   while (!error) {
-    const size_t size = co_await client->async_read_some(asio::buffer(bytes), Into(&error));
-    const std::string_view received(bytes.data(), size);
-    if (received.starts_with("POST ")) {
-      fate = state->decide ? state->decide(received) : Fate::kPass;
-      *is_lost = fate == Fate::kLoseAnswer;
-      if (fate == Fate::kHold) {
-        error_code ignored;
-        co_await state->held.async_wait(Into(&ignored));
-        fate = Fate::kPass;
-      }
-      if (fate == Fate::kMakeUp) {
-        co_await asio::async_write(*client, asio::buffer(state->made_up), Into(&error));
-      }
+    const size_t size = co_await ReadRequest(client.get(), &received, &error);
+    if (error) {
+      break;
     }
-    if (!error && (fate == Fate::kPass || fate == Fate::kLoseAnswer)) {
-      co_await asio::async_write(*member, asio::buffer(received), Into(&error));
+    Fate fate = state->decide ? state->decide({received.data(), size}) : Fate::kPass;
+    *is_lost = fate == Fate::kLoseAnswer;
+    if (fate == Fate::kHold) {
+      error_code ignored;
+      co_await state->held.async_wait(Into(&ignored));
+      fate = Fate::kPass;
     }
+    if (fate == Fate::kMakeUp) {
+      co_await asio::async_write(*client, asio::buffer(state->made_up), Into(&error));
+    } else if (fate != Fate::kSwallow) {
+      co_await asio::async_write(*member, asio::buffer(received, size), Into(&error));
+    }
+    received.erase(0, size);
   }
   error_code ignored;
   member->close(ignored);

@@ -25,7 +25,7 @@ class Relay {
     kHold,        ///< the member gets the request at Release
     kMakeUp,      ///< SetMadeUp has the answer
   };
-  /// Of a request, by its first bytes.
+  /// Of a request: of head and body.
   using Decide = std::function<Fate(std::string_view request)>;
 
   Relay(boost::asio::io_context* io, const Endpoint& member);

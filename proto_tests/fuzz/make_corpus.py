@@ -5,9 +5,10 @@ small pictures and arrays.
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
                                DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/,
                                DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/, DIR/session/,
-                               DIR/peer_wire/
+                               DIR/etcd/, DIR/peer_wire/
 """
 
+import base64
 import json
 import pathlib
 import struct
@@ -263,9 +264,60 @@ def connections():
     yield "not_http", pieces(0, b"\x16\x03\x01\0\xff" * 40, 200)
 
 
+def crc32c(data):
+    crc = 0xffffffff
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82f63b78 if crc & 1 else 0)
+    return crc ^ 0xffffffff
+
+
+def etcd_answers():
+    """Reads and watches of a log of three groups, as etcd's gateway answers them."""
+    def coded(text):
+        return base64.b64encode(text if isinstance(text, bytes) else text.encode()).decode()
+
+    def entry(key, value, revision):
+        return {"key": coded("/pheromone/lab/" + key), "value": coded(value),
+                "create_revision": "2", "mod_revision": str(revision), "version": "1"}
+
+    def group(first, count, records, pieces=0):
+        head = struct.pack("<BIQI", 1, count, 4, pieces)
+        checksum = crc32c(struct.pack("<Q", first) + head + records)
+        return entry(f"log/{first:016x}", head + struct.pack("<I", checksum) + records, first + 4)
+
+    groups = [group(1, 4, b"abcd"), group(5, 2, b"ef"), group(7, 1, b"", 3)]
+    common = [[entry("leader", "a", 4)], [entry("id", "lab-1", 4)]]
+
+    def read(entries, floor=None, revision=20):
+        parts = common + [[] if floor is None else [entry("floor", f"{floor:016x}", 9)], entries]
+        return b"r" + json.dumps({
+            "header": {"cluster_id": "38", "member_id": "73", "revision": str(revision)},
+            "succeeded": True,
+            "responses": [{"response_range": {"kvs": part, "more": True, "count": "9"}}
+                          for part in parts]}).encode() + b"\0"
+
+    def watch(*events, **more):
+        return b"w" + json.dumps({"result": {"header": {"revision": "21"}, **more,
+                                             "events": list(events)}}).encode() + b"\0"
+
+    status = b's{"header":{"member_id":"73"},"leader":"38","raftTerm":"2"}\0'
+    failed = b's{"error":"etcdserver: not leader","message":"etcdserver: not leader","code":9}\0'
+    puts = [{"kv": it} for it in (*groups, entry("leader", "b", 22), entry("floor", f"{5:016x}", 23))]
+    yield "read", b"\1" + read([]) + read(groups[:1]) + read(groups[1:]) + read([]) + status
+    yield "inside", b"\6" + read(groups[1:2]) + read(groups[1:]) + failed
+    yield "watch", b"\1" + read([]) + b"".join(watch(put) for put in puts) + watch(*puts)
+    yield "gap", b"\1" + read([]) + watch(puts[1]) + 2 * (read(groups[1:]) + read([])) + read(groups)
+    yield "trimmed", b"\2" + read([]) + read(groups[1:], 5) + read([], 5) + read(groups[1:], 5)
+    yield "restored", b"\1" + read([]) + read(groups[:2]) + read([], revision=3) + read(groups[1:2])
+    yield "compacted", (b"\1" + watch(canceled=True, compact_revision="9") + b'w{"error":{"message":'
+                        b'"no leader"}}\0' + watch({"type": "DELETE", "kv": groups[0]}))
+
+
 def main(folder):
     for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
-                   "capture", "radio", "pnml", "stream", "http", "session", "peer_wire"):
+                   "capture", "radio", "pnml", "stream", "http", "session", "etcd", "peer_wire"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
@@ -311,6 +363,8 @@ def main(folder):
         (folder / "stream" / name).write_bytes(seed)
     for name, seed in http_requests():
         (folder / "http" / name).write_bytes(seed)
+    for name, seed in etcd_answers():
+        (folder / "etcd" / name).write_bytes(seed)
     for name, seed in connections():
         (folder / "session" / name).write_bytes(seed)
     for name, seed in peer_seeds.seeds():

@@ -46,7 +46,7 @@ def changes():
 def messages():
     """(name, frame), good ones, of each type."""
     yield "greeting", greeting()
-    yield "beat", frame(1, struct.pack("<Q??QB", 3, True, True, 1201, 2))
+    yield "beat", frame(1, struct.pack("<Q??Q", 3, True, True, 1201), text(b"b"), b"\2")
     yield "request", frame(2, message(0, 5, 0x31, bytes(7), 1))
     yield "answer", frame(3, message(0, 5, 0xFE, bytes([0x31, 7, 1]), 1))
     yield "observed", frame(4, b"\0", struct.pack("<HBqqHI", 0, 5, 1, 2, 3, 1000))

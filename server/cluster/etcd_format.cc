@@ -110,6 +110,10 @@ Result<StoredGroup> DecodeGroup(Sequence first, std::string_view value) {
   if (stored.group.count == 0) {
     return Error{"a group of 0 events, expected at least 1"};
   }
+  if (first == 0 || stored.end() < first) {
+    return Error{"a group of " + std::to_string(stored.group.count) + " events from " +
+                 std::to_string(first) + ", expected sequences from 1 to 2^64 - 2"};
+  }
   stored.group.records = value.substr(kHeaderBytes);
   if (stored.pieces == 0) {
     PHEROMONE_TRY_STATUS(CheckGroup(stored));

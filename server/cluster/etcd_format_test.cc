@@ -129,6 +129,10 @@ TEST(EtcdFormatTest, ErrorsSayWhatWasExpected) {
   value = kInline;
   value[1] = 0;
   EXPECT_EQ(ErrorOfDecoding(0x1a2b, value), "a group of 0 events, expected at least 1");
+  EXPECT_EQ(ErrorOfDecoding(0, kInline),
+            "a group of 3 events from 0, expected sequences from 1 to 2^64 - 2");
+  EXPECT_EQ(ErrorOfDecoding(~Sequence{2}, kInline),
+            "a group of 3 events from 18446744073709551613, expected sequences from 1 to 2^64 - 2");
   value = kInline;
   value.back() = 'd';
   EXPECT_TRUE(ErrorOfDecoding(0x1a2b, value).starts_with("the checksum is 6e847847, expected "))

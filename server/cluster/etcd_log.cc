@@ -277,7 +277,7 @@ asio::awaitable<Status> EtcdLog::Impl::ReadPieces(StoredGroup* stored) {
     if (!answer.ok()) {
       co_return answer.error();
     }
-    const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 1, 0);
+    const Result<TxnAnswer> txn = ParseRead(answer.value().text, 1);
     if (!txn.ok()) {
       co_return Unusable(answer.value().member, txn.error());
     }

@@ -278,6 +278,14 @@ Result<TxnAnswer> ParseTxn(std::string_view text, size_t success_parts, size_t f
   return answer;
 }
 
+Result<TxnAnswer> ParseRead(std::string_view text, size_t parts) {
+  PHEROMONE_TRY(TxnAnswer answer, ParseTxn(text, parts, 0));
+  if (!answer.succeeded) {
+    return Unexpected("succeeded", "true");
+  }
+  return answer;
+}
+
 Result<WatchAnswer> ParseWatch(std::string_view line) {
   Document document;
   PHEROMONE_TRY(const json::object* const top, Parse(line, &document));

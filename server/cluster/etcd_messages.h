@@ -92,6 +92,9 @@ struct TxnAnswer {
 /// With so many parts as are expected of success or failure, else it is an error.
 Result<TxnAnswer> ParseTxn(std::string_view text, size_t success_parts, size_t failure_parts);
 
+/// Of a transaction without comparisons: that it failed is an error.
+Result<TxnAnswer> ParseRead(std::string_view text, size_t parts);
+
 struct WatchAnswer {
   struct Change {
     Entry entry;

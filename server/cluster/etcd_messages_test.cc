@@ -108,6 +108,12 @@ TEST(EtcdMessagesTest, WrongAnswersAreErrorsThatNameTheField) {
   EXPECT_EQ(ErrorOfTxn(begin + R"({}}}]})"), R"(field "kvs": expected a list)");
 }
 
+TEST(EtcdMessagesTest, AReadThatFailedIsAnError) {
+  const Result<TxnAnswer> answer = ParseRead(R"({"header":{"revision":"1"}})", 4);
+  ASSERT_FALSE(answer.ok());
+  EXPECT_EQ(answer.error(), R"(field "succeeded": expected true)");
+}
+
 // As etcd 3.4.23 sent them.
 TEST(EtcdMessagesTest, ReadsTheLinesOfAWatch) {
   Result<WatchAnswer> answer =

@@ -51,7 +51,7 @@ std::string EtcdReader::WatchFrom(Revision revision) const {
 }
 
 Result<EtcdReader::News> EtcdReader::OnRead(std::string_view text) {
-  PHEROMONE_TRY(const TxnAnswer answer, ParseTxn(text, kReadParts, 0));
+  PHEROMONE_TRY(const TxnAnswer answer, ParseRead(text, kReadParts));
   const auto only = [&](size_t part) {
     return answer.parts[part].entries.empty() ? Entry{} : answer.parts[part].entries.front();
   };
@@ -101,7 +101,7 @@ Status EtcdReader::OnFound(const TxnAnswer::Part& last) {
     log_end_ = floor_;
     found_ = true;
   } else {
-    window_ *= kWindowGrows;
+    window_ = window_ > from_ / kWindowGrows ? from_ : window_ * kWindowGrows;
   }
   return Ok();
 }

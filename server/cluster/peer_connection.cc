@@ -8,10 +8,8 @@
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/error.hpp>
-#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/socket_base.hpp>
 #include <boost/asio/ssl/error.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 
 #include "server/net/endpoint.h"
@@ -27,10 +25,6 @@ using boost::system::error_code;
 // socket's own buffer is not larger, either.
 constexpr size_t kBatchBytes = size_t{32} << 10;
 constexpr int kSendBufferBytes = 64 << 10;
-
-auto Into(error_code* error) {
-  return asio::redirect_error(asio::use_awaitable, *error);
-}
 
 std::string Milliseconds(std::chrono::milliseconds time) {
   return std::to_string(time.count()) + " ms";
@@ -76,7 +70,7 @@ asio::awaitable<Status> PeerConnection::ShakeHands() {
   socket().set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), error);
   error.clear();
   co_await stream_.async_handshake(
-      dials() ? asio::ssl::stream_base::client : asio::ssl::stream_base::server, Into(&error));
+      dials() ? asio::ssl::stream_base::client : asio::ssl::stream_base::server, ErrorTo(&error));
   if (is_closed_) {
     co_return Error{why_};
   }
@@ -111,7 +105,7 @@ asio::awaitable<Result<PeerMessage>> PeerConnection::Receive() {
       co_return *std::move(next.value());
     }
     error_code error;
-    const size_t size = co_await stream_.async_read_some(asio::buffer(input_), Into(&error));
+    const size_t size = co_await stream_.async_read_some(asio::buffer(input_), ErrorTo(&error));
     if (!error) {
       heard_ = Clock::now();
       frames_.Add(std::string_view(input_.data(), size));
@@ -163,9 +157,7 @@ void PeerConnection::WriteNext() {
   }
   Gather(&urgent_, SIZE_MAX, SIZE_MAX);
   Gather(&normal_, kBatchBytes, SIZE_MAX);
-  if (normal_.empty()) {
-    Gather(&portions_, kBatchBytes, 1);
-  }
+  Gather(&portions_, kBatchBytes, 1);  // none while others wait: they have filled the output
   if (output_.empty()) {
     flushed_.cancel();
     return;
@@ -195,7 +187,7 @@ asio::awaitable<void> PeerConnection::Flush() {
   while (is_writing_ && !is_closed_) {
     error_code ignored;
     flushed_.expires_at(Clock::time_point::max());
-    co_await flushed_.async_wait(Into(&ignored));
+    co_await flushed_.async_wait(ErrorTo(&ignored));
   }
   error_code ignored;
   socket().shutdown(tcp::socket::shutdown_send, ignored);

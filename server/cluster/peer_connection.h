@@ -18,8 +18,10 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <boost/system/error_code.hpp>
 
 #include "server/base/result.h"
@@ -28,6 +30,11 @@
 #include "server/cluster/peers.h"
 
 namespace pheromone::cluster {
+
+/// For coroutines: an operation's error is a value.
+inline auto ErrorTo(boost::system::error_code* error) {
+  return boost::asio::redirect_error(boost::asio::use_awaitable, *error);
+}
 
 /// What is sent first.
 enum class Lane : uint8_t {

@@ -32,7 +32,12 @@ std::vector<PeerMessage> OneOfEach() {
   trace.data[1] = 0x22;
   return {
       GreetingOf("a"),
-      Beat{.term = 3, .leads = true, .is_healthy = false, .next = 0x0102030405060708, .role = 4},
+      Beat{.term = 3,
+           .leads = true,
+           .is_healthy = false,
+           .next = 0x0102030405060708,
+           .successor = "b",
+           .role = 4},
       ForwardedRequest{.link = 2, .message = trace, .asker = 77},
       DirectAnswer{.link = 2, .message = trace, .asker = 77},
       ForwardedEvent{engine::GoalEnded{1, 2, true, {-3, 4}}},

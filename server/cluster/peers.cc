@@ -11,9 +11,7 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <boost/system/error_code.hpp>
 
 #include "server/cluster/peer_connection.h"
@@ -32,10 +30,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr milliseconds kBetweenChecks{50};
 constexpr milliseconds kAfterTrouble{200};  // out of descriptors, perhaps
-
-auto ErrorInto(error_code* error) {
-  return asio::redirect_error(asio::use_awaitable, *error);
-}
 
 std::vector<std::string> NamesOf(const std::map<std::string, Endpoint>& nodes) {
   std::vector<std::string> names;
@@ -176,14 +170,14 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
     const auto self = shared_from_this();
     while (!is_stopped_) {
       error_code error;
-      tcp::socket socket = co_await acceptor_.async_accept(ErrorInto(&error));
+      tcp::socket socket = co_await acceptor_.async_accept(ErrorTo(&error));
       if (!error && !is_stopped_) {
         MakeRoom();
         const Connection it = Add(std::move(socket), "");
         Spawn([it](std::shared_ptr<Impl> impl) { return impl->Serve(it); });
       } else if (!is_stopped_) {
         trouble_.expires_after(kAfterTrouble);
-        co_await trouble_.async_wait(ErrorInto(&error));
+        co_await trouble_.async_wait(ErrorTo(&error));
       }
     }
   }
@@ -209,7 +203,7 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
       const tcp::endpoint to(asio::ip::make_address(node->address.address, error),
                              node->address.port);
       if (!error) {
-        co_await it->socket().async_connect(to, ErrorInto(&error));
+        co_await it->socket().async_connect(to, ErrorTo(&error));
       }
       if (error) {
         it->Close("cannot connect to " + ToText(node->address) + ": " + error.message());
@@ -217,7 +211,7 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
       co_await Serve(it);
       if (!is_stopped_) {
         node->pause.expires_after(node->backoff.Next());
-        co_await node->pause.async_wait(ErrorInto(&error));
+        co_await node->pause.async_wait(ErrorTo(&error));
       }
     }
   }
@@ -345,7 +339,7 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
     while (!is_stopped_) {
       error_code ignored;
       checks_.expires_after(kBetweenChecks);
-      co_await checks_.async_wait(ErrorInto(&ignored));
+      co_await checks_.async_wait(ErrorTo(&ignored));
       const Clock::time_point now = Clock::now();
       for (const Connection& connection : open_) {
         connection->CheckTimes(now, settings_.times);

@@ -37,7 +37,8 @@ void Replica::OnPage(const Page& page, uint64_t now_ms) {
   if (page.leader.term > known && !queue_.empty()) {
     is_deposed_ = true;  // the page has all that there ever will be of earlier terms
   }
-  has_caught_up_ = role() == Role::kCatchesUp && page.leader.term == election_.leader().term;
+  has_caught_up_ =
+      role() == Role::kCatchesUp && (has_caught_up_ || page.leader.term == election_.leader().term);
 }
 
 void Replica::CheckFirst(const Page& page) {

@@ -135,6 +135,21 @@ TEST(Replica, LeadsWhenAllOfTheLogIsHandedOut) {
   EXPECT_EQ(replica.Next(1020).append, GroupOf(3, 6, "z"));
 }
 
+TEST(Replica, ReadsALongLogInPortionsBeforeItLeads) {
+  Replica replica(SettingsOf("a"), 1, 0);
+  replica.OnPage(PageOf({5, "b"}), 700);
+  ASSERT_EQ(NextAt(&replica, 1000).take_lead, 5u);
+  replica.OnLead(Leader{6, "a"}, 1000);
+  replica.OnPage(PageOf({}, {GroupOf(1, 5, "x")}), 1010);
+  replica.Next(1010);
+  EXPECT_EQ(replica.role(), Role::kCatchesUp);
+  EXPECT_EQ(replica.leader(), (Leader{6, "a"}));
+  replica.OnPage(PageOf({6, "a"}, {GroupOf(2, 5, "y")}), 1020);
+  replica.OnPage(PageOf({}), 1020);
+  replica.Next(1020);
+  EXPECT_TRUE(replica.admits());
+}
+
 TEST(Replica, LosesTheLeadWhileItCatchesUpWithoutHarm) {
   Replica replica(SettingsOf("a"), 1, 0);
   replica.OnPage(PageOf({5, "b"}), 700);

@@ -20,6 +20,7 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 constexpr size_t kMaxSending = 4'096;  // messages on their way to the thread; robots repeat theirs
+constexpr uint64_t kBetweenViewsMs = 20;
 constexpr milliseconds kBetweenLooks{20};
 constexpr milliseconds kBetweenTold{5'000};
 constexpr milliseconds kHandOverPatience{2'000};
@@ -182,7 +183,8 @@ void ClusterMember::Wake() {
 }
 
 void ClusterMember::WakeAt(uint64_t at_ms) {
-  {
+  if (const uint64_t now_ms = NowMs(); now_ms >= told_ms_ + kBetweenViewsMs) {
+    told_ms_ = now_ms;
     const std::lock_guard lock(mutex_);
     peer_states_ = peers_->states();
     changed_.notify_all();

@@ -74,6 +74,7 @@ class ClusterMember {
 
   /// For the service, which calls under its lock.
   bool Forward(const engine::Event& event) { return cluster_->Forward(event); }
+  bool has_leader() const { return cluster_->has_leader(); }
   LiveCluster live();
 
   /// Lets another server lead, and waits for that a short while; then nothing that was made here is
@@ -104,6 +105,7 @@ class ClusterMember {
   std::unique_ptr<cluster::Cluster> cluster_;
   std::atomic<bool> wakes_{false};
   std::atomic<size_t> sending_{0};
+  uint64_t told_ms_ = 0;  // when others saw the peers' states last
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -82,7 +82,7 @@ class Daemon::Impl {
         journal_(std::move(journal)),
         member_(MakeMember(config)),
         service_(
-            log(), [this] { return ReadSystemClocks(); },
+            log(), [] { return ReadSystemClocks(); },
             member_ != nullptr ? journal_->last_ms() : journal_->start_ms(),
             journal_->TakeEngine()),
         saver_(
@@ -330,13 +330,32 @@ class Daemon::Impl {
 
   void ReloadSoon() {
     const bool taken = operations_.Add([this] {
-      if (!stopping_) {
+      if (stopping_) {
+        return;
+      }
+      if (member_ != nullptr && member_->has_leader()) {
+        ReloadAtTheLeader();
+      } else {
         (void)ReadConfigurationAgain();  // reports errors itself
       }
     });
     if (!taken && !stopping_) {
       spdlog::warn("SIGHUP ignored: too many requests are pending");
     }
+  }
+
+  // Its configuration is that of the cluster.
+  void ReloadAtTheLeader() {
+    service_manager::Reloading();
+    control_.Reload([this](const Result<std::vector<std::string>>& notes) {
+      if (notes.ok()) {
+        spdlog::info("cluster: the server that leads has read its configuration again");
+      } else {
+        spdlog::error("cluster: the server that leads did not read its configuration again: {}",
+                      notes.error());
+      }
+      boost::asio::post(strand_, [this] { service_manager::Ready(DescribeState()); });
+    });
   }
 
   void SaveSoon() {
