@@ -23,8 +23,7 @@ void AddSetup(CLI::App* cluster, int* exit_status) {
   setup->add_option("--name", it->name, "Of the cluster (default: lab)")->type_name("NAME");
   setup->add_option("--witness", it->witnesses, "Another machine without a server")
       ->type_name("NAME")
-      ->expected(1)
-      ->take_all();
+      ->allow_extra_args(false);
   setup->add_option("--output", it->output, "The folder to be made (default: cluster-NAME)")
       ->type_name("FOLDER");
   setup->add_flag("--force", it->overwrite, "Overwrite what is there, with a new secret");

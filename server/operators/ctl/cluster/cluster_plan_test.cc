@@ -51,7 +51,7 @@ std::string Refusal(const std::vector<std::string>& machines,
                     const std::vector<std::string>& witnesses = {},
                     const std::string& name = "lab") {
   const Result<ClusterPlan> plan = PlanCluster(name, machines, witnesses);
-  return plan.ok() ? "" : plan.error();
+  return plan.ok() ? std::string() : std::string(plan.error());
 }
 
 TEST(ClusterPlan, TheServersTableIsTheSameOnAllAndAccepted) {
