@@ -3,15 +3,46 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/operators/ctl/cluster/cluster_check.h"
+#include "server/operators/ctl/cluster/cluster_setup.h"
 #include "server/operators/ctl/cluster_commands.h"
 #include "server/operators/ctl/command_line.h"
 
 namespace pheromone::ctl {
+namespace {
+
+void AddSetup(CLI::App* cluster, int* exit_status) {
+  const auto it = std::make_shared<ClusterSetup>();
+  CLI::App* setup = cluster->add_subcommand(
+      "setup", "Write what each machine of a new cluster needs, with instructions");
+  setup
+      ->add_option("machines", it->machines,
+                   "The machines: 3, 5, 7 or 9. One that is named witness has no server")
+      ->type_name("NAME=ADDRESS")
+      ->required();
+  setup->add_option("--name", it->name, "Of the cluster (default: lab)")->type_name("NAME");
+  setup->add_option("--witness", it->witnesses, "Another machine without a server")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  setup->add_option("--output", it->output, "The folder to be made (default: cluster-NAME)")
+      ->type_name("FOLDER");
+  setup->add_flag("--force", it->overwrite, "Overwrite what is there, with a new secret");
+  setup->callback([=] { *exit_status = SetUpCluster(*it); });
+}
+
+}  // namespace
 
 void AddClusterCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
-  CLI::App* cluster =
-      program->add_subcommand("cluster", "Several servers with one map: status, step-down");
+  CLI::App* cluster = program->add_subcommand(
+      "cluster", "Several servers with one map: setup, check, status, step-down");
   cluster->require_subcommand(1);
+  AddSetup(cluster, exit_status);
+  const auto config = std::make_shared<std::string>();
+  CLI::App* check = cluster->add_subcommand(
+      "check", "Look at servers and members of etcd, and say what mends them");
+  check->add_option("--config", *config, "The configuration (default: that of the running server)")
+      ->type_name("FILE");
+  check->callback([=] { *exit_status = CheckCluster(*options, *config); });
   cluster->add_subcommand("status", "Show who leads, and which servers are connected")
       ->callback([=] { *exit_status = ShowCluster(*options); });
   const auto successor = std::make_shared<std::string>();

@@ -1,0 +1,261 @@
+#!/usr/bin/env python3
+"""deploy/CLUSTER.md, done literally: three machines, the commands of their README.txt, etcd with the
+settings that systemd would give it, and what remains when one machine is gone.
+
+    setup_test.py BIN_DIR
+
+The machines are namespaces, with a network, an /etc and a /var/lib of their own: root only.
+"""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import stat
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "proto_tests"))
+from operated_daemon import await_that  # noqa: E402
+
+BIN = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 else None
+ADDRESSES = {"a": "10.0.0.1", "b": "10.0.0.2", "witness": "10.0.0.3"}
+WORDS = [f"{name}={address}" for name, address in ADDRESSES.items()]
+# What a test must not do to the machine that it runs on; systemd is played by the test.
+STUBS = """set -euo pipefail
+sudo() { "$@"; }
+apt() { echo "apt $*" >>/var/lib/told; }
+systemctl() { echo "systemctl $*" >>/var/lib/told; }
+ufw() { echo "ufw $*" >>/var/lib/told; }
+pheromonectl() { :; }
+"""
+NO_FIREWALL = 'nft() { echo "nft $*" >>/var/lib/told; }\n'
+CAN_MAKE_MACHINES = os.geteuid() == 0 and shutil.which("ip") and subprocess.run(
+    ["unshare", "--net", "--mount", "true"], stderr=subprocess.DEVNULL, check=False).returncode == 0
+
+
+def run(*words, **options):
+    return subprocess.run([str(it) for it in words], text=True, capture_output=True, check=False,
+                          **options)
+
+
+def set_up(folder, *words):
+    return run(BIN / "pheromonectl", "cluster", "setup", *words, cwd=folder)
+
+
+def commands_of(readme):
+    """The indented lines."""
+    return "".join(f"{line.strip()}\n" for line in readme.splitlines() if line.startswith("     "))
+
+
+class Space:
+    """Namespaces that last until they are closed, and all that runs in them with them."""
+
+    def __init__(self, prepare, *kinds):
+        self.kinds = kinds
+        self.holder = subprocess.Popen(["unshare", *kinds, "sh", "-ec", f"{prepare}\necho\nexec cat"],
+                                       stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        assert self.holder.stdout.readline(), "no namespaces"
+
+    def command(self, *words):
+        return ["nsenter", f"--target={self.holder.pid}", *self.kinds, *(str(it) for it in words)]
+
+    def run(self, *words):
+        result = run(*self.command(*words))
+        assert result.returncode == 0, (words, result.stdout, result.stderr)
+        return result.stdout
+
+    def close(self):
+        self.holder.kill()
+        self.holder.communicate()
+
+
+class Machine:
+    """A bare Debian after step 1 of the instructions: packages are installed."""
+
+    def __init__(self, hub, name, folder, made):
+        """`made`: the folder of `cluster setup`."""
+        self.name, self.folder, self.processes = name, folder, {}
+        shutil.copytree("/etc", folder / "etc", symlinks=True, ignore_dangling_symlinks=True)
+        for path in ("etc/default", "etc/pheromone", "var/lib/etcd", "run",
+                     "var/lib/pheromone/pheromoned/journal"):
+            (folder / path).mkdir(parents=True, exist_ok=True)
+        with open(folder / "etc/group", "a", encoding="ascii") as groups:
+            groups.write("pheromone:x:64990:\n")
+        shutil.copy(ROOT / "server/config/default.toml", folder / "etc/pheromone/pheromoned.toml")
+        self.space = Space(f"mount --bind {folder}/etc /etc\nmount --bind {folder}/var/lib /var/lib\n"
+                           "ip link set lo up", "--net", "--mount")
+        try:
+            self.install(hub, made / name)
+        except BaseException:
+            self.close()
+            raise
+
+    def install(self, hub, made):
+        number = ADDRESSES[self.name].rsplit(".", 1)[1]
+        hub.run("ip", "link", "add", f"to-{number}", "type", "veth", "peer", "name", "eth0", "netns",
+                self.space.holder.pid)
+        hub.run("ip", "link", "set", f"to-{number}", "master", "hub", "up")
+        self.space.run("ip", "address", "add", f"{ADDRESSES[self.name]}/24", "dev", "eth0")
+        self.space.run("ip", "link", "set", "eth0", "up")
+        stubs = STUBS if shutil.which("nft") else STUBS + NO_FIREWALL
+        self.space.run("bash", "-c",
+                       f"{stubs}cd {made}\n" + commands_of((made / "README.txt").read_text()))
+
+    def start(self):
+        """What the last command of systemctl names, as its unit says."""
+        told = (self.folder / "var/lib/told").read_text().splitlines()
+        units = told[-1].removeprefix("systemctl restart --no-block ").split()
+        assert units[0] == "etcd", told
+        if "etcd" in units:
+            settings = (self.folder / "etc/default/etcd").read_text().splitlines()
+            self.begin("etcd", [shutil.which("etcd")],
+                       [line for line in settings if line and not line.startswith("#")])
+        if "pheromoned" in units:
+            unit = (self.folder / "etc/systemd/system/pheromoned.service.d/cluster.conf").read_text()
+            program, *words = re.findall(r"^ExecStart=(.+)$", unit, re.M)[-1].split()
+            assert program == "/usr/sbin/pheromoned"
+            self.begin("pheromoned", [BIN / "pheromoned", *words],
+                       ["STATE_DIRECTORY=/var/lib/pheromone/pheromoned"])
+
+    def begin(self, name, command, environment):
+        with open(self.folder / f"{name}.log", "ab") as log:
+            self.processes[name] = subprocess.Popen(
+                self.space.command("env", f"--chdir={self.folder}/run", *environment, *command),
+                stdout=log, stderr=log)
+
+    def ctl(self, *words):
+        return run(*self.space.command(BIN / "pheromonectl", "--socket",
+                                       self.folder / "run/pheromoned.sock", *words))
+
+    def log(self, name):
+        return (self.folder / f"{name}.log").read_text()
+
+    def die(self):
+        for process in self.processes.values():
+            process.kill()
+        for process in self.processes.values():
+            process.wait()
+        self.processes = {}
+
+    def close(self):
+        self.die()
+        self.space.close()
+
+
+class FilesTest(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+
+    def secrets(self):
+        return [(self.folder / "cluster-lab" / node / "cluster-secret").read_text() for node in "ab"]
+
+    def test_the_secret_is_one_for_its_owner_and_never_printed(self):
+        made = set_up(self.folder, *WORDS)
+        self.assertEqual(made.returncode, 0, made)
+        secret = self.secrets()
+        self.assertRegex(secret[0], r"\A[0-9a-f]{64}\n\Z")
+        self.assertEqual(secret[0], secret[1])
+        self.assertNotIn(secret[0].strip(), made.stdout + made.stderr)
+        file = self.folder / "cluster-lab/a/cluster-secret"
+        self.assertEqual(stat.S_IMODE(file.stat().st_mode), 0o600)
+        self.assertFalse((self.folder / "cluster-lab/witness/cluster-secret").exists())
+
+    def test_what_is_there_is_overwritten_only_by_force_and_with_a_new_secret(self):
+        self.assertEqual(set_up(self.folder, *WORDS).returncode, 0)
+        secret = self.secrets()
+        refused = set_up(self.folder, *WORDS)
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("cluster-lab/a: is there already; expected a new folder, or --force",
+                      refused.stderr)
+        self.assertEqual(self.secrets(), secret)
+        (self.folder / "cluster-lab/a/cluster-secret").chmod(0o644)
+        self.assertEqual(set_up(self.folder, *WORDS, "--force").returncode, 0)
+        self.assertNotEqual(self.secrets()[0], secret[0])
+        file = self.folder / "cluster-lab/a/cluster-secret"
+        self.assertEqual(stat.S_IMODE(file.stat().st_mode), 0o600)
+
+    def test_a_mistake_makes_nothing(self):
+        refused = set_up(self.folder, "a=10.0.0.1", "b=lab-pc", "witness=10.0.0.3")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn('machine "b=lab-pc": expected a numeric address', refused.stderr)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_the_instructions_are_commands(self):
+        made = set_up(self.folder, *WORDS, "--name", "lab2", "--output", "out", "--witness", "b",
+                      "c=10.0.0.4", "d=10.0.0.5")
+        self.assertEqual(made.returncode, 0, made)
+        for machine in (self.folder / "out").iterdir():
+            checked = run("bash", "-n", input=commands_of((machine / "README.txt").read_text()))
+            self.assertEqual((checked.returncode, checked.stderr), (0, ""))
+        self.assertFalse((self.folder / "out/b/cluster.toml").exists())
+
+
+@unittest.skipUnless(CAN_MAKE_MACHINES and shutil.which("etcd"), "needs root, iproute2, etcd-server")
+class PageTest(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        folder = pathlib.Path(temporary.name)
+        made = set_up(folder, *WORDS)
+        self.assertEqual(made.returncode, 0, made)
+        hub = Space("ip link add hub type bridge\nip link set hub up", "--net")
+        self.addCleanup(hub.close)
+        self.machines = {}
+        for name in ADDRESSES:
+            (folder / name).mkdir()
+            self.machines[name] = Machine(hub, name, folder / name, folder / "cluster-lab")
+            self.addCleanup(self.machines[name].close)
+
+    def findings(self, node):
+        """What `cluster check` tells, and its exit status."""
+        checked = self.machines[node].ctl("--json", "cluster", "check")
+        return json.loads(checked.stdout), checked.returncode
+
+    def leader(self, node):
+        shown = self.machines[node].ctl("--json", "cluster", "status")
+        return json.loads(shown.stdout)["leader"] if shown.returncode == 0 else None
+
+    def test_the_page(self):
+        for machine in self.machines.values():
+            machine.start()
+        for node in "ab":
+            await_that(lambda: self.findings(node)[1] == 0, f"{node} is well", 60)
+        found, _ = self.findings("b")
+        looked_at = [(it["subject"], it["looked_at"]) for it in found["findings"]]
+        for expected in (("peers", "node a"), ("server", "node b of lab"), ("journal", "node b of lab"),
+                         ("etcd", "10.0.0.1:2379, on a"), ("etcd", "10.0.0.3:2379, a witness")):
+            self.assertIn(expected, looked_at)
+        self.assertIn("pheromoned", self.machines["a"].log("pheromoned"))
+
+        first = self.leader("b")
+        other = "b" if first == "a" else "a"
+        laid = self.machines[first].ctl("deposit", "path", "0.5", "0.5")
+        self.assertEqual(laid.returncode, 0, laid)
+
+        self.machines[first].die()
+        await_that(lambda: self.leader(other) == other, f"{other} leads", 60)
+        sensed = self.machines[other].ctl("--json", "sense", "path", "0.4", "0.5")
+        self.assertGreater(json.loads(sensed.stdout)["left"]["intensity"], 0, sensed)
+        laid = self.machines[other].ctl("deposit", "path", "0.6", "0.6")
+        self.assertEqual(laid.returncode, 0, laid)
+        found, status = self.findings(other)
+        self.assertEqual(status, 1)
+        faults = {(it["subject"], it["looked_at"]) for it in found["findings"]
+                  if it["level"] == "fault"}
+        self.assertEqual(faults, {("peers", f"node {first}"),
+                                  ("etcd", f"{ADDRESSES[first]}:2379, on {first}")})
+        self.assertTrue(all(it["mend"] for it in found["findings"] if it["level"] == "fault"))
+
+        self.machines[first].start()
+        await_that(lambda: self.findings(first)[1] == 0, f"{first} is back", 60)
+
+
+if __name__ == "__main__":
+    unittest.main()
