@@ -89,7 +89,7 @@ struct ClusterSettings {
 
   std::string name;
   std::vector<Endpoint> engine;  ///< of etcd's members, in plain HTTP
-  std::vector<Node> nodes;          ///< by name
+  std::vector<Node> nodes;       ///< by name
   std::string node;    ///< which of them this machine is; empty: it was not asked for (Machine)
   std::string secret;  ///< that all of them have: bytes
   uint32_t suspect_ms = 300;  ///< a leader that is silent for so long is replaced

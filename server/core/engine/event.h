@@ -351,8 +351,8 @@ EventKind KindOf(const Event& event);
 /// The source of a request, and its time: with this a link returns the answer to the source, unless
 /// it comes too late. Neither logged nor recorded; opaque to the engine.
 struct Asker {
-  int64_t asked_ns = 0;     ///< when it was read, by the link's steady clock; 0: unknown
-  uint32_t connection = 0;  ///< on a link with several
+  int64_t asked_ns = 0;       ///< when it was read, by the link's steady clock; 0: unknown
+  uint32_t connection = 0;    ///< on a link with several
   bool is_forwarded = false;  ///< another server has heard it, and answers it
   uint32_t address_size = 0;
   std::array<uint8_t, 28> address{};  ///< on a link of datagrams: the socket address
