@@ -223,6 +223,10 @@ class PageTest(unittest.TestCase):
         return json.loads(shown.stdout)["leader"] if shown.returncode == 0 else None
 
     def test_the_page(self):
+        found, status = self.findings("a")  # before anything runs
+        self.assertEqual(status, 1)
+        self.assertEqual([it["subject"] for it in found["findings"] if it["level"] == "fault"],
+                         ["server", "etcd", "etcd", "etcd"])
         for machine in self.machines.values():
             machine.start()
         for node in "ab":

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <string_view>
 #include <system_error>
@@ -34,6 +35,7 @@ constexpr std::chrono::seconds kMemberPatience{3};
 constexpr double kLargeDatabase = 1 << 30;  // half of what etcd holds at most, by default
 constexpr uint64_t kFarBehind = 10'000;     // events: seconds of a busy swarm
 
+constexpr const char* kServiceConfig = "/etc/pheromone/pheromoned.toml";
 constexpr const char* kServerOfCluster = "server";
 constexpr const char* kPeersOfCluster = "peers";
 constexpr const char* kEtcdMembers = "etcd";
@@ -250,8 +252,12 @@ int CheckCluster(const ServerOptions& options, const std::string& config) {
     CheckMembership(status.value(), &findings);
     CheckPeers(status.value(), &findings);
   }
-  if (status.ok() || !config.empty()) {
-    if (const Result<config::ClusterSettings> settings = ClusterSettingsOf(options, config);
+  // A server that waits for its cluster does not answer yet, and wants to be helped most.
+  std::error_code ignored;
+  const bool is_service = !status.ok() && std::filesystem::exists(kServiceConfig, ignored);
+  const std::string file = config.empty() && is_service ? kServiceConfig : config;
+  if (status.ok() || !file.empty()) {
+    if (const Result<config::ClusterSettings> settings = ClusterSettingsOf(options, file);
         settings.ok()) {
       CheckEtcd(settings.value(), &findings);
     } else {

@@ -8,7 +8,8 @@
 
 namespace pheromone::ctl {
 
-/// Prints what was found (doctor/findings.h). `config` empty: the file of the running server.
+/// Prints what was found (doctor/findings.h). `config` empty: the file of the running server, or
+/// else of the service.
 /// kFailed: there is a fault, or no cluster.
 int CheckCluster(const ServerOptions& options, const std::string& config);
 

@@ -3,22 +3,22 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <map>
 #include <sstream>
 #include <string>
-#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "server/config/config.h"
 
 namespace pheromone::ctl {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 
-constexpr std::string_view kMap = "[map]\nwidth_m = 10.0\nheight_m = 10.0\ncell_m = 0.1\n";
 const ClusterRandom kRandom = {std::string(64, 'e'), "0badcafe"};
 
 const ClusterPlan& Lab() {
@@ -57,7 +57,7 @@ std::string Refusal(const std::vector<std::string>& machines,
 TEST(ClusterPlan, TheServersTableIsTheSameOnAllAndAccepted) {
   const std::string text = Made(Lab(), 0)["cluster.toml"].text;
   EXPECT_EQ(Made(Lab(), 1)["cluster.toml"].text, text);
-  const auto config = config::ParseConfig(std::string(kMap) + text, "made");
+  const auto config = config::ParseConfig(std::string(config::DefaultConfigText()) + text, "made");
   ASSERT_TRUE(config.ok()) << config.error();
   const config::ClusterSettings& cluster = *config.value().cluster;
   EXPECT_EQ(cluster.name, "lab");
@@ -104,7 +104,7 @@ TEST(ClusterPlan, InstructionsNameEveryFileOfTheFolder) {
     auto files = Made(Lab(), machine);
     for (const auto& [name, file] : files) {
       if (name != "README.txt") {
-        EXPECT_THAT(files["README.txt"].text, HasSubstr(" " + name + " ")) << name;
+        EXPECT_THAT(files["README.txt"].text, ContainsRegex("[ <]" + name + " ")) << name;
       }
     }
   }
@@ -128,7 +128,8 @@ TEST(ClusterPlan, AddressesMayBeOfVersion6) {
   auto files = Made(plan, 0);
   EXPECT_EQ(Environment(files["etcd"].text)["ETCD_LISTEN_CLIENT_URLS"],
             "http://[fd00::1]:2379,http://[::1]:2379");
-  const auto config = config::ParseConfig(std::string(kMap) + files["cluster.toml"].text, "made");
+  const auto config = config::ParseConfig(
+      std::string(config::DefaultConfigText()) + files["cluster.toml"].text, "made");
   ASSERT_TRUE(config.ok()) << config.error();
   EXPECT_EQ(config.value().cluster->engine[2], (Endpoint{"fd00::3", 2379}));
   EXPECT_THAT(files["firewall.nft"].text, HasSubstr("    ip6 saddr { fd00::1, fd00::2, fd00::3 }"));
