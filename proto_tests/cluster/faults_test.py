@@ -4,7 +4,8 @@
     faults_test.py BIN_DIR TESTS_DIR                      some faults, for the gate
     faults_test.py BIN_DIR TESTS_DIR --faults 200         two hundred, one every 2 to 8 s
     faults_test.py BIN_DIR TESTS_DIR --plant              answers before the log has them: to be found
-    faults_test.py BIN_DIR TESTS_DIR --leader-kills 50 --csv FILE    silences and latencies
+    faults_test.py BIN_DIR TESTS_DIR --leader-kills 50 --csv FILE
+                                                          silences and latencies
 
 Two machines with etcd and pheromoned, one with etcd only, in network namespaces (network.py); robots
 over UDP and TCP with two servers, with one, and on a terminal; operators at both servers. `--seed` makes
