@@ -4,7 +4,8 @@
     faults_test.py BIN_DIR TESTS_DIR                      some faults, for the gate
     faults_test.py BIN_DIR TESTS_DIR --faults 200         two hundred, one every 2 to 8 s
     faults_test.py BIN_DIR TESTS_DIR --plant              answers before the log has them: to be found
-    faults_test.py BIN_DIR TESTS_DIR --leader-kills 50 --csv FILE    silences and latencies
+    faults_test.py BIN_DIR TESTS_DIR --leader-kills 50 --csv FILE
+                                                          silences and latencies
 
 Two machines with etcd and pheromoned, one with etcd only, in network namespaces (network.py); robots
 over UDP and TCP with two servers, with one, and on a terminal; operators at both servers. `--seed` makes
@@ -162,17 +163,16 @@ KINDS = [it for it in vars(Faults) if not it.startswith("_")]
 SHORT = ["kill_leader", "cut_leader_off", "stop_leader", "kill_etcd", "kill_leader_machine"]
 
 
-def schedule(seed, count, pause_s=(2.0, 8.0), kinds=None):
+def schedule(seed, count, pause_s, longest_s, kinds):
     """(pause before it in s, kind, its length in s, a seed for its choices) of each."""
     choice = random.Random(seed)
-    kinds = list(kinds or KINDS)
     bag = []
     for _ in range(count):
         if not bag:
-            bag = kinds[:]
+            bag = list(kinds)
             choice.shuffle(bag)
         kind = bag.pop()
-        yield (round(choice.uniform(*pause_s), 2), kind, round(choice.uniform(0.3, 8.0), 2),
+        yield (round(choice.uniform(*pause_s), 2), kind, round(choice.uniform(0.3, longest_s), 2),
                choice.randrange(1 << 30))
 
 
@@ -290,6 +290,8 @@ def judge(run, folder, is_complete, groups, others=()):
           f"{len(hashed)} hashes told; {len({term for *_, term in groups})} terms in the "
           f"log; servers ended by themselves "
           f"{sum(len(it.endings) for it in scene.servers.values())} times")
+    run.rows = [("changes", times, "", max(times, default=0.0)),
+                ("halts", [it[-1] for it in found], "", max((it[-1] for it in found), default=0.0))]
     print(f"changes: p50 {1000 * histories.quantile(times, 0.5):.0f} ms, p99 "
           f"{1000 * histories.quantile(times, 0.99):.0f} ms, longest {1000 * max(times, default=0):.0f} ms")
     print(f"halts: {len(run.halts)}, to {len(delays)} robots: p50 "
@@ -302,6 +304,24 @@ def judge(run, folder, is_complete, groups, others=()):
             print(f"  late: at {at:.2f} from {node} to {robot} {delay:.2f} s, {at - last[0]:.2f} s after "
                   f"{last[1]}")
     return wrong
+
+
+def write(options, fault, faults, table):
+    """`table`: (figure, values in s, fail-safe stops, the most in s) of each row."""
+    rows = [[options.date, fault, faults, figure, len(values),
+             *[f"{1000 * it:.0f}" for it in (histories.quantile(values, 0.5),
+                                             histories.quantile(values, 0.99), most)], stops]
+            for figure, values, stops, most in table]
+    for row in rows:
+        print(", ".join(map(str, row)))
+    if options.csv:
+        is_new = not options.csv.exists()
+        with open(options.csv, "a", encoding="ascii", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            if is_new:
+                writer.writerow(["date", "fault", "faults", "figure", "values", "p50_ms", "p99_ms",
+                                 "max_ms", "fail_safe_stops"])
+            writer.writerows(rows)
 
 
 def run_faults(options, planned, folder):
@@ -318,7 +338,9 @@ def run_faults(options, planned, folder):
         is_complete = scene.end_robots(AGAIN_S)
         is_complete = scene.await_equal(AGAIN_S) and is_complete
         groups = scene.groups()
-    return judge(run, folder, is_complete, groups)
+    wrong = judge(run, folder, is_complete, groups)
+    write(options, "all kinds" if not options.only else options.only, len(planned), run.rows)
+    return wrong
 
 
 def run_plant(options, folder):
@@ -379,7 +401,7 @@ class Drivers:
 
 def run_kills(options, folder):
     """Kills the leader again and again, each time when both servers are well; measures."""
-    rows, history = [], folder / "robots.jsonl"
+    history = folder / "robots.jsonl"
     with Scene(options.bin_dir, options.tests_dir, folder) as scene:
         scene.begin_robots(options.seed, history)
         drivers = Drivers(scene, options.bin_dir)
@@ -413,19 +435,7 @@ def run_kills(options, folder):
     for kind, lays, silence, stops, moves, _ in driven:
         table.append((f"silences at moves of pheromone-robot by {kind}{' that lays a trail' * lays}",
                       moves, stops, silence))
-    for figure, values, stops, most in table:
-        rows.append([options.date, options.only or "kill_leader", len(kills), figure, len(values),
-                     *[f"{1000 * it:.0f}" for it in (histories.quantile(values, 0.5),
-                                                     histories.quantile(values, 0.99), most)], stops])
-        print(", ".join(map(str, rows[-1])))
-    if options.csv:
-        is_new = not options.csv.exists()
-        with open(options.csv, "a", encoding="ascii", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            if is_new:
-                writer.writerow(["date", "fault", "faults", "figure", "values", "p50_ms", "p99_ms",
-                                 "max_ms", "fail_safe_stops"])
-            writer.writerows(rows)
+    write(options, options.only or "kill_leader", len(kills), table)
     return wrong
 
 
@@ -435,6 +445,9 @@ def main():
     parser.add_argument("tests_dir", type=lambda it: pathlib.Path(it).resolve())
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--faults", type=int, default=0)
+    parser.add_argument("--pause", type=float, nargs=2, default=(2.0, 8.0), metavar=("MIN", "MAX"),
+                        help="between faults, in s")
+    parser.add_argument("--longest", type=float, default=8.0, help="of a fault, in s")
     parser.add_argument("--only", help="kinds of faults, with commas between")
     parser.add_argument("--plant", action="store_true", help="answers that the log does not have")
     parser.add_argument("--leader-kills", type=int, default=0, help="measure in so many")
@@ -446,8 +459,8 @@ def main():
         print("skipped: network namespaces need root and iproute2")
         return SKIPPED
     kinds = options.only.split(",") if options.only else KINDS
-    planned = (schedule(options.seed, options.faults, kinds=kinds) if options.faults
-               else schedule(options.seed, len(SHORT), (1.5, 2.5), SHORT))
+    planned = (schedule(options.seed, options.faults, options.pause, options.longest, kinds)
+               if options.faults else schedule(options.seed, len(SHORT), (1.5, 2.5), 4.0, SHORT))
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or pathlib.Path(temporary)
         folder.mkdir(exist_ok=True)

@@ -142,7 +142,9 @@ def check_hashes(statuses, journal):
 
 
 def halt_delays(halts, history):
-    """(t, robot, s until it came) for each robot of each halt, (t, robots to be reached)."""
+    """(t, robot, s until it came) for each robot of each halt, (t, robots to be reached); without
+    those that came while the robots' program did not run."""
+    stalls = [(it["t"] - it["s"], it["t"]) for it in history if it["what"] == "stall"]
     came = collections.defaultdict(list)
     for it in history:
         if it["what"] == "halt":
@@ -152,7 +154,8 @@ def halt_delays(halts, history):
         for robot in robots:
             at = bisect.bisect_left(came[robot], t)
             delay = came[robot][at] - t if at < len(came[robot]) else float("inf")
-            found.append((t, robot, delay))
+            if not any(begin < t + delay and t < end for begin, end in stalls):
+                found.append((t, robot, delay))
     return found
 
 

@@ -104,6 +104,8 @@ class HistoriesTest(unittest.TestCase):
         halt = {"t": 2.3, "robot": "0:1", "what": "halt", "server": 0}
         found = histories.halt_delays([(2.0, ["0:1"])], [*HISTORY, halt])
         self.assertEqual([(t, robot, round(s, 3)) for t, robot, s in found], [(2.0, "0:1", 0.3)])
+        stall = {"t": 2.3, "robot": "-", "what": "stall", "s": 0.25}
+        self.assertEqual(histories.halt_delays([(2.0, ["0:1"])], [stall, halt]), [])
 
 
 if __name__ == "__main__":

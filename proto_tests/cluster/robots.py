@@ -15,6 +15,7 @@ begun, and the program ends when none waits. Lines of the history are JSON:
     {"t": s, "robot": "LINK:ID", "what": "silence", "s": s}                between answers, from 0.2 s
     {"t": s, "robot": "LINK:ID", "what": "moved",  "server": n, "why": text}
     {"t": s, "robot": "LINK:ID", "what": "wrong",  "why": text}
+    {"t": s, "robot": "-",       "what": "stall",  "s": s}                 this program did not run
 
 where t is time.monotonic(), which all processes of a machine share.
 """
@@ -38,6 +39,7 @@ from stranger.wire import (BUSY, EVERYBODY, HALT, PAD, Decoder, NotAMessage, bui
 READ_ONLY, SAY_HELLO = 8, 6
 REPEAT_S, QUERY_EVERY_S, THINK_S = 0.2, 0.1, 0.12
 SILENT_S, QUERY_SILENT_S, STUCK_S, LISTED_SILENCE_S = 0.15, 0.04, 3.0, 0.2
+TICK_S, LISTED_STALL_S = 0.01, 0.05
 TAG, TRAIL = 0, 1
 CENTRE = 5000  # of the map, in mm
 
@@ -279,12 +281,16 @@ def main():
         for text in what:
             link, number, addresses = text.split(":", 2)
             robots.append(Robot(int(link), int(number), addresses.split(","), seed, tell))
-        ends = False
+        ends, before = False, time.monotonic()
         while not ends or any(robot.change for robot in robots):
             lines = {robot.fd: robot for robot in robots if robot.fd >= 0}
             reading = [fd for fd, robot in lines.items() if not robot.connecting]
             writing = [fd for fd, robot in lines.items() if robot.connecting]
-            readable, writable, _ = select.select(reading + ([0] if not ends else []), writing, [], 0.01)
+            readable, writable, _ = select.select(reading + ([0] if not ends else []), writing, [], TICK_S)
+            now = time.monotonic()
+            if now - before > LISTED_STALL_S:
+                tell({"t": round(now, 4), "robot": "-", "what": "stall", "s": round(now - before, 4)})
+            before = now
             if 0 in readable:
                 readable.remove(0)
                 ends = True

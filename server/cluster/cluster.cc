@@ -231,7 +231,8 @@ void Cluster::TellView() {
   for (const auto& [node, next] : known_) {
     known = std::max(known, next - 1);
   }
-  const uint64_t applied = leads ? replica_.committed() : parts_.log->appended();
+  // Not what was appended: the last events of a leader that hands over may never be committed.
+  const uint64_t committed = parts_.log->DurableSequence();
   const std::lock_guard lock(mutex_);
   if (leader.term != view_.leader.term && view_.leader.term != 0) {
     ++view_.elections;
@@ -240,8 +241,8 @@ void Cluster::TellView() {
   view_.role = replica_.role();
   view_.leader = leader;
   view_.gap = replica_.gap();
-  view_.committed = applied;
-  view_.behind = known - std::min(known, applied);
+  view_.committed = committed;
+  view_.behind = known - std::min(known, committed);
   view_.news_ms = news_ms_;
   parts_.log->SetTrouble(leads ? Stall(parts_.now_ms()) : reaches ? "" : kNobodyLeads);
 }
