@@ -200,10 +200,11 @@ bool ReadOn(const TableReader& table, const std::optional<ClusterSettings>& clus
   }
   std::string names;
   for (const ClusterSettings::Node& node : cluster->nodes) {
-    names += (names.empty() ? "\"" : ", \"") + node.name + '"';
+    names += (names.empty() ? "[\"" : " or [\"") + node.name + "\"]";
   }
-  const std::string expected = "different nodes of [cluster], such as [" + names + "]";
-  if (list->kind != Value::Kind::kArray || list->items.empty()) {
+  const std::string expected = "one node of [cluster]: " + names;
+  // Two servers that send on one radio channel would disturb each other.
+  if (list->kind != Value::Kind::kArray || list->items.size() != 1) {
     table.Expected("on", *list, expected);
     return false;
   }
@@ -211,8 +212,7 @@ bool ReadOn(const TableReader& table, const std::optional<ClusterSettings>& clus
     const bool is_node =
         std::any_of(cluster->nodes.begin(), cluster->nodes.end(),
                     [&](const ClusterSettings::Node& node) { return node.name == item.text; });
-    if (item.kind != Value::Kind::kString || !is_node ||
-        std::find(link->on.begin(), link->on.end(), item.text) != link->on.end()) {
+    if (item.kind != Value::Kind::kString || !is_node) {
       table.Expected("on", item, expected);
       return false;
     }
