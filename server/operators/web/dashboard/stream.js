@@ -23,7 +23,7 @@ export class Stream {
     this.watches = [];
     this.paused = new Set();
     this.channels = new Map();        // topic -> channel
-    this.subscriptions = new Map();   // id -> {channel, isRecord, handler}
+    this.subscriptions = new Map();   // id -> {channel, isRecorded, handler}
     this.recording = null;            // {wants, take}
     this.nextId = 1;
     this.attempts = 0;
@@ -133,21 +133,25 @@ export class Stream {
     }
   }
 
-  // A recording has subscriptions of its own: only new ones are told what seldom changes.
   subscribe(channel) {
-    for (const isRecord of [false, true]) {
-      if (!this.isWanted(channel.topic, isRecord)) continue;
-      if ([...this.subscriptions.values()].some((it) => it.channel.topic === channel.topic && it.isRecord === isRecord)) continue;
-      const id = this.nextId;
-      this.nextId += 1;
-      this.subscriptions.set(id, {channel, isRecord, handler: this.watchOf(channel.topic)?.handler});
-      this.send({op: 'subscribe', subscriptions: [{id, channelId: channel.id}]});
-    }
+    if (!this.isWanted(channel.topic)) return;
+    for (const it of this.subscriptions.values()) if (it.channel.topic === channel.topic) return;
+    const id = this.nextId;
+    this.nextId += 1;
+    this.subscriptions.set(id, {channel, isRecorded: this.isRecorded(channel.topic), handler: this.watchOf(channel.topic)?.handler});
+    this.send({op: 'subscribe', subscriptions: [{id, channelId: channel.id}]});
+  }
+
+  unsubscribe(id) {
+    this.subscriptions.delete(id);
+    this.send({op: 'unsubscribe', subscriptionIds: [id]});
   }
 
   watchOf(topic) { return this.watches.find((it) => it.match(topic)); }
 
-  isWanted(topic, isRecord) { return Boolean(isRecord ? this.recording?.wants(topic) : this.watchOf(topic) && !this.paused.has(topic)); }
+  isRecorded(topic) { return Boolean(this.recording?.wants(topic)); }
+
+  isWanted(topic) { return this.isRecorded(topic) || Boolean(this.watchOf(topic) && !this.paused.has(topic)); }
 
   pause(topic) {
     this.paused.add(topic);
@@ -155,22 +159,20 @@ export class Stream {
   }
 
   dropUnwanted() {
-    for (const [id, it] of this.subscriptions) {
-      if (this.isWanted(it.channel.topic, it.isRecord)) continue;
-      this.subscriptions.delete(id);
-      this.send({op: 'unsubscribe', subscriptionIds: [id]});
-    }
+    for (const [id, it] of this.subscriptions) if (!this.isWanted(it.channel.topic)) this.unsubscribe(id);
   }
 
   /** `take` is given what comes of the topics that `wants` says, from now on; null: nothing more. */
   record(wants, take) {
     this.recording = wants ? {wants, take} : null;
+    for (const it of this.subscriptions.values()) it.isRecorded = false;
     this.refresh();
   }
 
-  /** After what is wanted has changed. */
+  /** After what is wanted has changed. A recording is told what seldom changes, as each new subscriber. */
   refresh() {
     this.dropUnwanted();
+    for (const [id, it] of this.subscriptions) if (!it.isRecorded && this.isRecorded(it.channel.topic)) this.unsubscribe(id);
     for (const channel of this.channels.values()) this.subscribe(channel);
   }
 
@@ -200,7 +202,7 @@ export class Stream {
     const to = this.subscriptions.get(view.getUint32(1, true));
     if (!to) return;
     const payload = new Uint8Array(buffer, 13);
-    if (to.isRecord) this.recording?.take(to.channel, view.getBigUint64(5, true), payload);
-    else to.handler?.(payload, to.channel.topic);
+    to.handler?.(payload, to.channel.topic);
+    if (to.isRecorded && this.isRecorded(to.channel.topic)) this.recording.take(to.channel, view.getBigUint64(5, true), payload);
   }
 }
