@@ -255,24 +255,37 @@ void Cluster::OnUp(const std::string& node) {
 void Cluster::OnDown(const std::string& node) {
   up_.erase(node);
   known_.erase(node);
-  std::map<uint64_t, Awaited> lost;
+  FinishLost("the connection to " + node + ", which leads, was lost",
+             [&node](const Awaited& it) { return it.by == node; });
+  Continue();
+}
+
+template <typename IsLost>
+void Cluster::FinishLost(const std::string& why, IsLost&& is_lost) {
+  std::vector<uint64_t> lost;
   {
     const std::lock_guard lock(mutex_);
-    for (auto it = awaited_.begin(); it != awaited_.end();) {
-      auto next = std::next(it);
-      if (it->second.by == node) {
-        lost.insert(awaited_.extract(it));
+    for (const auto& [number, it] : awaited_) {
+      if (is_lost(it)) {
+        lost.push_back(number);
       }
-      it = next;
     }
   }
-  for (const auto& [number, it] : lost) {
+  for (const uint64_t number : lost) {
     OperatorResult result;
-    result.text = "the connection to " + node +
-                  ", which leads, was lost; the change may still take effect: check in a moment";
-    it.done(result);
+    result.number = number;
+    result.text = why + "; the change may still take effect: check in a moment";
+    Finish(result);
   }
-  Continue();
+}
+
+void Cluster::OnNotSent(const PeerMessage& message) {
+  if (const auto* change = std::get_if<OperatorChange>(&message)) {
+    OperatorResult result;
+    result.number = change->number;
+    result.text = "the server that leads is not reached; nothing was changed";
+    Finish(result);
+  }
 }
 
 void Cluster::StepDown(const std::string& successor) {
@@ -283,8 +296,11 @@ void Cluster::StepDown(const std::string& successor) {
 void Cluster::Stop() {
   is_stopped_ = true;
   log_->Stop();
-  const std::lock_guard lock(mutex_);
-  leader_up_.clear();
+  {
+    const std::lock_guard lock(mutex_);
+    leader_up_.clear();
+  }
+  FinishLost("this server stops", [](const Awaited& /*it*/) { return true; });
 }
 
 void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {

@@ -5,16 +5,14 @@
 //   Cluster cluster(settings, next_sequence, replicated_log, parts);
 //   service.OnChange([&](const engine::Event& event) { return cluster.Forward(event); });
 //   cluster.Start();
-//   peers.OnMessage([&](const std::string& from, const PeerMessage& it) { cluster.OnMessage(...);
-//   });
-//   ... cluster.Continue() again, at the time that `parts.wake_at` was told
+//   ... cluster.OnMessage(from, message);   // and OnUp, OnDown: what the peers tell
+//   ... cluster.Continue();                 // at the time that `parts.wake_at` was told
 //   cluster.Stop();
 //
 // Everything is called on one executor, that of the log and of the peers, and calls back there,
 // except for Forward and view, which any thread may call.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -86,14 +84,16 @@ class Cluster {
   void OnUp(const std::string& node);
   void OnDown(const std::string& node);
   void StepDown(const std::string& successor);
-  /// Calls nobody any more.
+  /// A message that was given to `parts.send` has not been sent.
+  void OnNotSent(const PeerMessage& message);
+  /// Answers those who wait; then calls nobody any more.
   void Stop();
 
   /// Passes an event to the leader; false if this server leads, or none can be reached. Under the
   /// service's lock, from any thread.
   bool Forward(const engine::Event& event);
   /// Passes on an operator's change; `done` is called once, by the executor, at the latest when the
-  /// leader's connection ends. False, without calling: as Forward. Any thread.
+  /// leader's connection ends or this server stops. False, without calling: as Forward. Any thread.
   bool Forward(OperatorChange change, std::function<void(OperatorResult)> done);
   ClusterView view() const;
   /// Whether another server leads and is reached. Any thread.
@@ -120,6 +120,8 @@ class Cluster {
   void TellPoses(uint64_t now_ms);
   uint64_t FieldTime() const;
   void Finish(const OperatorResult& result);
+  template <typename IsLost>
+  void FinishLost(const std::string& why, IsLost&& is_lost);
 
   const ReplicaSettings settings_;
   ReplicatedLog* const log_;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <random>
 #include <utility>
+#include <variant>
 
 #include <boost/asio/post.hpp>
 
@@ -202,13 +203,17 @@ void ClusterMember::WakeAt(uint64_t at_ms) {
 }
 
 void ClusterMember::Send(const std::string& to, cluster::PeerMessage message) {
-  if (sending_ >= kMaxSending) {
+  // Somebody waits for the result of an operator's change; operators are few.
+  const bool must_be_told = std::holds_alternative<cluster::OperatorChange>(message);
+  if (sending_ >= kMaxSending && !must_be_told) {
     return;
   }
   ++sending_;
   boost::asio::post(io_, [this, to, message = std::move(message)] {
     --sending_;
-    (void)peers_->Send(to, message);
+    if (!peers_->Send(to, message)) {
+      cluster_->OnNotSent(message);
+    }
   });
 }
 

@@ -140,9 +140,12 @@ class Daemon::Impl {
       signals_.Start();  // it may wait for the others
     }
     if (!BeginWithTheState() || !BeginToRecord()) {
+      if (member_ != nullptr) {
+        member_->Stop();
+      }
       EndJournal();
       signals_.End();
-      return stopping_ ? 0 : kMisconfigured;
+      return must_restart_ ? 1 : stopping_ ? 0 : kMisconfigured;
     }
     (void)control_.TellRefusals();  // those of before the start were told then
     boost::asio::post(strand_, [this] { Tick(); });
@@ -170,11 +173,11 @@ class Daemon::Impl {
     }
     operations_.Close();
     edits_.Close();
+    if (member_ != nullptr) {
+      member_->Stop();  // answers operators whom the front end waits for
+    }
     control_.Stop();
     front_end_.Close();
-    if (member_ != nullptr) {
-      member_->Stop();
-    }
     captures_.Finish();
     // A failed start must not replace the file saved by an earlier run.
     const bool saved = !started || must_restart_ || saver_.SaveAtEnd();
@@ -194,6 +197,7 @@ class Daemon::Impl {
       const Status begun = BeginInTheCluster();
       if (!begun.ok()) {
         spdlog::critical("cluster: {}", begun.error());
+        must_restart_ = true;  // its address may come later
         return false;
       }
       if (stopping_ || follows_at_start_) {

@@ -1,12 +1,15 @@
+#include "server/cluster/cluster.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
-#include "server/cluster/cluster.h"
 #include "server/cluster/cluster_log.h"
 #include "server/cluster/testing/memory_log.h"
 #include "server/core/engine/service/service.h"
@@ -16,9 +19,9 @@ namespace pheromone::cluster {
 namespace {
 
 // A server of two, alone with a log in memory.
-class ClusterViewTest : public ::testing::Test {
+class ClusterTest : public ::testing::Test {
  protected:
-  ClusterViewTest() { cluster_.Start(); }
+  ClusterTest() { cluster_.Start(); }
 
   Cluster::Parts Parts() {
     return {.service = &service_,
@@ -26,7 +29,7 @@ class ClusterViewTest : public ::testing::Test {
             .local = &local_,
             .now_ms = [this] { return now_ms_; },
             .wake_at = [](uint64_t) {},
-            .send = [](const std::string&, const PeerMessage&) {},
+            .send = [this](const std::string&, PeerMessage it) { sent_.push_back(std::move(it)); },
             .send_all = [](const PeerMessage&) {},
             .deliver = [](const std::vector<engine::Outgoing>&) {},
             .on_lead = [](bool) {},
@@ -48,18 +51,37 @@ class ClusterViewTest : public ::testing::Test {
     }
   }
 
+  // Another one leads, and is connected.
+  void FollowB() {
+    other_.TakeLead(0, "b", [](const Result<Leader>&) {});
+    cluster_.OnUp("b");
+    Pass(10);
+    ASSERT_TRUE(cluster_.has_leader());
+  }
+
+  // An operator's change; `results_` has what became of it.
+  void ForwardAChange() {
+    ASSERT_TRUE(cluster_.Forward({0, engine::EditReversed{}}, [this](const OperatorResult& result) {
+      results_.push_back(result);
+    }));
+  }
+
   uint64_t now_ms_ = 1'000;
+  std::vector<PeerMessage> sent_;
+  std::vector<OperatorResult> results_;
   std::deque<std::function<void()>> posted_;
   MemoryEngine engine_;
   MemoryLog replicated_{&engine_,
                         [this](std::function<void()> run) { posted_.push_back(std::move(run)); }};
+  MemoryLog other_{&engine_,
+                   [this](std::function<void()> run) { posted_.push_back(std::move(run)); }};
   engine::testing::ScriptedLog local_;
   ClusterLog log_{&local_, {}};
   engine::Service service_{&log_, [] { return engine::ClockReading{1'000, 1'700'000'000'000}; }};
   Cluster cluster_{{.node = "a", .nodes = {"a", "b"}}, 1, &replicated_, Parts()};
 };
 
-TEST_F(ClusterViewTest, WhatIsUncommittedIsNotToldAsCommittedWhileTheLeadIsHandedOver) {
+TEST_F(ClusterTest, WhatIsUncommittedIsNotToldAsCommittedWhileTheLeadIsHandedOver) {
   Pass(3'000);
   ASSERT_TRUE(log_.leads());
   replicated_.SetFault(MemoryLog::Fault::kRequestLost);
@@ -73,6 +95,38 @@ TEST_F(ClusterViewTest, WhatIsUncommittedIsNotToldAsCommittedWhileTheLeadIsHande
   replicated_.SetFault(MemoryLog::Fault::kNone);
   Pass(200);
   EXPECT_EQ(cluster_.view().committed, log_.appended());
+}
+
+TEST_F(ClusterTest, AnOperatorIsToldTheResultOfAForwardedChangeOnce) {
+  FollowB();
+  ForwardAChange();
+  ASSERT_EQ(sent_.size(), 1u);
+  OperatorResult result;
+  result.number = std::get<OperatorChange>(sent_[0]).number;
+  result.ok = true;
+  cluster_.OnMessage("b", result);
+  cluster_.OnMessage("b", result);
+  cluster_.OnDown("b");
+  ASSERT_EQ(results_.size(), 1u);
+  EXPECT_TRUE(results_[0].ok);
+}
+
+TEST_F(ClusterTest, AnOperatorIsToldWhenTheChangeWasNotSentWasLostOrTheServerStops) {
+  FollowB();
+  ForwardAChange();
+  cluster_.OnNotSent(sent_.at(0));
+  ASSERT_EQ(results_.size(), 1u);
+  EXPECT_NE(results_[0].text.find("nothing was changed"), std::string::npos);
+  ForwardAChange();
+  cluster_.OnDown("b");
+  ASSERT_EQ(results_.size(), 2u);
+  EXPECT_NE(results_[1].text.find("connection to b"), std::string::npos);
+  EXPECT_FALSE(cluster_.has_leader());
+  cluster_.OnUp("b");
+  ForwardAChange();
+  cluster_.Stop();
+  ASSERT_EQ(results_.size(), 3u);
+  EXPECT_FALSE(results_[2].ok);
 }
 
 }  // namespace
