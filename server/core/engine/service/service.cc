@@ -138,6 +138,13 @@ void Service::TellObservers(Tell&& tell) {
   }
 }
 
+void Service::TellOfBatch(const Stamp& stamp, LinkIndex link, std::span<const Message> messages,
+                          std::span<const Observer::Outcome> outcomes,
+                          std::span<const Outgoing> sent) {
+  TellObservers(
+      [&](Observer* observer) { observer->OnBatch(stamp, link, messages, outcomes, sent); });
+}
+
 void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vector<Outgoing>* out,
                      std::span<const Asker> askers) {
   assert(askers.size() <= 1 || askers.size() == messages.size());
@@ -164,9 +171,7 @@ void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vec
   }
   if (!outcomes.empty()) {
     const std::span<const Message> seen = forward_ ? kept : messages;
-    TellObservers([&](Observer* observer) {
-      observer->OnBatch(stamp, link, seen, outcomes, std::span(*out).subspan(before));
-    });
+    TellOfBatch(stamp, link, seen, outcomes, std::span(*out).subspan(before));
   }
   NoticeArrivals(stamp, link, messages, out);
   HoldBack(out, before);
@@ -293,88 +298,6 @@ uint64_t Service::Order(const Stamp& stamp, const Event& event, std::vector<Outg
     }
   }
   return sequence;
-}
-
-bool Service::IsForwarded(const RequestReceived& received, const Asker& asker) {
-  if (!forward_ || asker.is_forwarded || !forward_(received)) {
-    return false;
-  }
-  forwarded_[{received.link, received.message.id}] = asker;
-  ++counters_.forwarded;
-  return true;
-}
-
-Status Service::Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* out) {
-  const bool is_edit = std::holds_alternative<FieldEdited>(event);
-  if (is_edit || std::holds_alternative<ConfigChanged>(event)) {
-    std::optional<SharedConfig> present;
-    tags::Survey survey;
-    {
-      const std::lock_guard lock(mutex_);
-      if (engine_.configured()) {
-        present = engine_.shared_config();
-        survey = engine_.Look();
-      }
-    }
-    // A failure is the same in each engine that applies it.
-    (void)(!present  ? Ok()
-           : is_edit ? Engine::Prepare(*present, &event)
-                     : Engine::Prepare(*present, survey, &event));
-  }
-  std::vector<Outgoing> made;
-  const std::lock_guard lock(mutex_);
-  clock_.Follow(stamp, read_clock_());
-  const uint64_t sequence = Order(stamp, event, &made);
-  awaited_works_.erase(sequence);
-  const auto* received = std::get_if<RequestReceived>(&event);
-  if (received != nullptr) {
-    TellObservers([&](Observer* observer) {
-      const Observer::Outcome outcome{sequence, Reason::kNone};
-      observer->OnBatch(stamp, received->link, {&received->message, 1}, {&outcome, 1}, made);
-    });
-  }
-  const size_t before = out->size();
-  for (const Outgoing& it : made) {
-    if (it.message.opcode == protocol::kCommand) {
-      const RobotTraffic* robot = traffic_.Find(it.link, it.message.id);
-      if (it.message.id == protocol::kBroadcastId || (robot != nullptr && !robot->elsewhere)) {
-        out->push_back(it);
-      }
-    } else {
-      AppendForwarded(it, out);
-    }
-  }
-  HoldBack(out, before);
-  return Ok();
-}
-
-void Service::AppendForwarded(Outgoing answer, std::vector<Outgoing>* out) {
-  const auto waits = forwarded_.extract({answer.link, answer.message.id});
-  if (!waits.empty()) {
-    answer.asker = waits.mapped();
-    out->push_back(std::move(answer));
-  }
-}
-
-std::vector<HeardPose> Service::PosesSince(uint64_t since_ms) const {
-  std::vector<HeardPose> poses;
-  const std::lock_guard lock(mutex_);
-  traffic_.ForEachHeard(since_ms, [&poses](const HeardPose& it) { poses.push_back(it); });
-  return poses;
-}
-
-void Service::NotePoses(std::span<const HeardPose> poses) {
-  const std::lock_guard lock(mutex_);
-  for (const HeardPose& it : poses) {
-    if (it.link < engine_.config().links.size()) {
-      traffic_.NoteElsewhere(it);
-    }
-  }
-}
-
-void Service::AnswerForwarded(LinkIndex link, const Message& message, std::vector<Outgoing>* out) {
-  const std::lock_guard lock(mutex_);
-  AppendForwarded({link, 0, message, {}}, out);
 }
 
 // An operator's change: its sequence number in the log.

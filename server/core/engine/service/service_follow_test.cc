@@ -89,6 +89,19 @@ TEST_F(FollowTest, TheSameEventsMakeTheSameState) {
   EXPECT_TRUE(SameMessage(AskFollower({Sense(1)}).at(0).message, Handle({Sense(1)}).at(0).message));
 }
 
+TEST_F(FollowTest, AnEventThatIsNotPossibleHereIsAnErrorAndChangesNothing) {
+  const uint64_t hash = follower_.StateHash();
+  CommandIssued unknown;
+  unknown.id = 9;
+  std::vector<Outgoing> out;
+  EXPECT_FALSE(follower_.Follow({1'000, 0}, unknown, &out).ok());
+  field::FieldEdit edit;
+  edit.type = 7;
+  EXPECT_FALSE(follower_.Follow({1'000, 0}, FieldEdited{edit}, &out).ok());
+  EXPECT_EQ(follower_.StateHash(), hash);
+  EXPECT_EQ(follower_log_.events.size(), 1u) << "nor is it in the journal";
+}
+
 TEST_F(FollowTest, AChangeIsAnsweredByTheFollowerWhenItsEventComes) {
   EXPECT_TRUE(AskFollower({Hello(1, 1)}, 5).empty());
   EXPECT_EQ(follower_.counters().forwarded, 1u);
