@@ -64,6 +64,8 @@ void Cluster::Continue() {
   }
   const uint64_t now_ms = parts_.now_ms();
   replica_.SetHealthy(parts_.local->Trouble().empty());
+  EndLead();  // before what another one ordered is applied; what was submitted until now is
+              // collected
   for (ClusterLog::Submitted& it : parts_.log->CollectSubmitted()) {
     replica_.Submit(it.sequence, std::move(it.record));
   }
@@ -113,7 +115,8 @@ void Cluster::Continue() {
                          .successor = it.successor,
                          .role = static_cast<uint8_t>(replica_.role())});
   }
-  TakeRole();
+  EndLead();  // Next may have handed over
+  BeginLead();
   TrimSometimes(now_ms);
   TellPoses(now_ms);
   TellView();
@@ -174,13 +177,23 @@ Status Cluster::Apply(const Group& group) {
   return Ok();
 }
 
-void Cluster::TakeRole() {
-  const bool leads = replica_.admits() && to_apply_.empty();
-  if (leads != parts_.log->leads()) {
-    parts_.service->Inspect([this, leads](const engine::Engine& /*engine*/) {
-      leads ? parts_.log->Lead() : parts_.log->EndLead();
-    });
-    parts_.on_lead(leads);
+// Between the service's check and its change nothing comes: under its lock.
+void Cluster::SetLead(bool leads) {
+  parts_.service->Inspect([this, leads](const engine::Engine& /*engine*/) {
+    leads ? parts_.log->Lead() : parts_.log->EndLead();
+  });
+  parts_.on_lead(leads);
+}
+
+void Cluster::EndLead() {
+  if (parts_.log->leads() && !replica_.admits()) {
+    SetLead(false);
+  }
+}
+
+void Cluster::BeginLead() {
+  if (!parts_.log->leads() && replica_.admits() && to_apply_.empty()) {
+    SetLead(true);
   }
 }
 
@@ -212,10 +225,12 @@ void Cluster::TrimSometimes(uint64_t now_ms) {
 // answer would stand.
 std::string Cluster::Stall(uint64_t now_ms) {
   const Sequence committed = replica_.committed();
-  if (committed != committed_ || parts_.log->appended() == committed) {
+  const bool waits = parts_.log->appended() != committed;
+  if (!waits || !waited_ || committed != committed_) {
     committed_ = committed;
     progress_ms_ = now_ms;
   }
+  waited_ = waits;
   if (now_ms - progress_ms_ < kStalledMs) {
     return "";
   }
@@ -244,7 +259,11 @@ void Cluster::TellView() {
   view_.committed = committed;
   view_.behind = known - std::min(known, committed);
   view_.news_ms = news_ms_;
-  parts_.log->SetTrouble(leads ? Stall(parts_.now_ms()) : reaches ? "" : kNobodyLeads);
+  const std::string_view gap = TextOf(replica_.gap());
+  parts_.log->SetTrouble(!gap.empty() ? std::string(gap)
+                         : leads      ? Stall(parts_.now_ms())
+                         : reaches    ? ""
+                                      : kNobodyLeads);
 }
 
 void Cluster::OnUp(const std::string& node) {

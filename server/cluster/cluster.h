@@ -110,7 +110,9 @@ class Cluster {
 
   Status Apply(const Group& group);
   bool ApplySome();
-  void TakeRole();
+  void SetLead(bool leads);
+  void EndLead();
+  void BeginLead();
   void TrimSometimes(uint64_t now_ms);
   std::string Stall(uint64_t now_ms);
   void TellView();
@@ -133,6 +135,7 @@ class Cluster {
   uint64_t news_ms_ = 0;
   Sequence committed_ = 0;      // the last, when there was progress
   uint64_t progress_ms_ = 0;    // of what is submitted
+  bool waited_ = false;         // something was uncommitted at the last look
   uint64_t trim_ms_ = 0;        // not before
   uint64_t poses_ms_ = 0;       // likewise
   uint64_t told_poses_ms_ = 0;  // those heard until then, in field time

@@ -5,15 +5,18 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "server/base/bytes.h"
 #include "server/cluster/cluster_log.h"
 #include "server/cluster/testing/memory_log.h"
 #include "server/core/engine/service/service.h"
 #include "server/core/engine/testing/service_bench.h"
+#include "server/store/journal/format.h"
 
 namespace pheromone::cluster {
 namespace {
@@ -33,7 +36,7 @@ class ClusterTest : public ::testing::Test {
             .send_all = [](const PeerMessage&) {},
             .deliver = [](const std::vector<engine::Outgoing>&) {},
             .on_lead = [](bool) {},
-            .restart = [](const std::string&) {},
+            .restart = [this](const std::string& why) { restarts_.push_back(why); },
             .change = [](const OperatorChange&, const std::function<void(OperatorResult)>&) {},
             .halt = [](const HaltAll&) { return HaltDone{}; }};
   }
@@ -66,7 +69,27 @@ class ClusterTest : public ::testing::Test {
     }));
   }
 
+  // While this server, which leads, is stopped, b takes the lead and appends an event.
+  void LoseTheLeadWhileStopped() {
+    replicated_.SetPaused(true);
+    std::optional<Leader> leader;
+    other_.TakeLead(engine_.leader().term, "b",
+                    [&](const Result<Leader>& it) { leader = it.value(); });
+    Pass(10);
+    ASSERT_TRUE(leader);
+    ASSERT_FALSE(local_.events.empty());
+    Group group{.first = local_.events.size() + 1, .count = 1, .term = leader->term, .records = {}};
+    ByteWriter scratch;
+    journal::AppendEvent(group.first, {2'000, 1'700'000'001'000}, local_.events[0].second, &scratch,
+                         &group.records);
+    std::optional<Appended> appended;
+    other_.Append(group, [&](Appended it) { appended = it; });
+    Pass(10);
+    ASSERT_EQ(appended, Appended::kCommitted);
+  }
+
   uint64_t now_ms_ = 1'000;
+  std::vector<std::string> restarts_;
   std::vector<PeerMessage> sent_;
   std::vector<OperatorResult> results_;
   std::deque<std::function<void()>> posted_;
@@ -95,6 +118,35 @@ TEST_F(ClusterTest, WhatIsUncommittedIsNotToldAsCommittedWhileTheLeadIsHandedOve
   replicated_.SetFault(MemoryLog::Fault::kNone);
   Pass(200);
   EXPECT_EQ(cluster_.view().committed, log_.appended());
+}
+
+TEST_F(ClusterTest, AFormerLeaderWithoutChangesOfItsOwnFollows) {
+  Pass(3'000);
+  ASSERT_TRUE(service_.Configure(engine::testing::SmallConfig(), 7).ok());
+  Pass(100);
+  ASSERT_TRUE(log_.leads());
+  ASSERT_NO_FATAL_FAILURE(LoseTheLeadWhileStopped());
+  replicated_.SetPaused(false);
+  Pass(100);
+  EXPECT_TRUE(restarts_.empty());
+  EXPECT_FALSE(log_.leads());
+  EXPECT_EQ(local_.events.size(), 2u);
+  EXPECT_EQ(log_.DurableSequence(), 2u);
+}
+
+TEST_F(ClusterTest, AFormerLeaderWithAChangeThatIsNotInTheLogRestarts) {
+  Pass(3'000);
+  ASSERT_TRUE(service_.Configure(engine::testing::SmallConfig(), 7).ok());
+  Pass(100);
+  ASSERT_NO_FATAL_FAILURE(LoseTheLeadWhileStopped());
+  ASSERT_TRUE(log_.leads());
+  engine::EngineConfig config = engine::testing::SmallConfig();
+  config.field.pheromones[0].tau_ms += 1'000;
+  ASSERT_TRUE(service_.Configure(config, 7).ok());
+  replicated_.SetPaused(false);
+  Pass(100);
+  EXPECT_EQ(restarts_.size(), 1u);
+  EXPECT_EQ(local_.events.size(), 1u);
 }
 
 TEST_F(ClusterTest, AnOperatorIsToldTheResultOfAForwardedChangeOnce) {

@@ -5,6 +5,20 @@
 
 namespace pheromone::cluster {
 
+std::string_view TextOf(LogGap gap) {
+  switch (gap) {
+    case LogGap::kTrimmed:
+      return "the cluster's log no longer has the events that come next here: copy the journal of "
+             "another server";
+    case LogGap::kRewound:
+      return "the cluster's log lacks events that were applied here: it was lost, or an older one "
+             "restored";
+    case LogGap::kNone:
+      break;
+  }
+  return "";
+}
+
 Replica::Replica(ReplicaSettings settings, Sequence next, uint64_t now_ms)
     : election_(std::move(settings), now_ms),
       queue_(election_.settings()),

@@ -44,6 +44,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/base/bytes.h"
@@ -61,6 +62,9 @@ enum class LogGap : uint8_t {
   kTrimmed,  ///< what comes next was trimmed: it needs the state of a peer, and a new Replica
   kRewound,  ///< the log lacks what was applied here: it was lost, or an older one restored
 };
+
+/// Empty for kNone.
+std::string_view TextOf(LogGap gap);
 
 class Replica {
  public:

@@ -46,18 +46,6 @@ std::string_view NameOf(cluster::Role role) {
   return "follows";
 }
 
-std::string_view TextOf(cluster::LogGap gap) {
-  switch (gap) {
-    case cluster::LogGap::kTrimmed:
-      return "the log no longer has the events that come next here";
-    case cluster::LogGap::kRewound:
-      return "the log lacks events that were applied here: it was lost, or an older one restored";
-    case cluster::LogGap::kNone:
-      break;
-  }
-  return "";
-}
-
 cluster::ReplicaSettings ReplicaSettingsOf(const config::ClusterSettings& settings) {
   cluster::ReplicaSettings replica;
   replica.node = settings.node;
@@ -186,6 +174,7 @@ void ClusterMember::Wake() {
 void ClusterMember::WakeAt(uint64_t at_ms) {
   if (const uint64_t now_ms = NowMs(); now_ms >= told_ms_ + kBetweenViewsMs) {
     told_ms_ = now_ms;
+    peers_->SetId(cluster_->view().id);
     const std::lock_guard lock(mutex_);
     peer_states_ = peers_->states();
     changed_.notify_all();
@@ -235,7 +224,7 @@ ClusterMember::Begun ClusterMember::AwaitBegin() {
       const std::string text =
           fmt::format("waiting for the cluster: {}",
                       !view.trouble.empty()           ? view.trouble
-                      : view.gap != cluster::LogGap{} ? std::string(TextOf(view.gap))
+                      : view.gap != cluster::LogGap{} ? std::string(cluster::TextOf(view.gap))
                       : view.leader.node.empty()      ? "no server leads"
                                                       : view.leader.node + " is to lead");
       service_manager::Starting(text);
@@ -318,7 +307,8 @@ control::ClusterView ClusterMember::View() const {
   view.elections = now.elections;
   view.fenced = now.fenced;
   view.forwarded = now.forwarded;
-  view.trouble = !now.trouble.empty() ? now.trouble : std::string(TextOf(now.gap));
+  view.trouble = now.trouble;
+  view.gap = cluster::TextOf(now.gap);
   const std::lock_guard lock(mutex_);
   for (const cluster::PeerState& peer : peer_states_) {
     view.peers.push_back({peer.node, peer.is_up, peer.is_up ? peer.program : peer.why_down});

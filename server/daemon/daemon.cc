@@ -127,6 +127,8 @@ class Daemon::Impl {
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
     if (member_ != nullptr) {
       service_.OnChange([this](const engine::Event& event) { return member_->Forward(event); });
+      service_.OnConfigured(
+          [this] { boost::asio::post(strand_, [this] { control_.TellConfigured(); }); });
     }
     service_.OnArrival([this](const engine::GoalEnded& arrival) {
       boost::asio::post(strand_,
@@ -147,6 +149,7 @@ class Daemon::Impl {
       signals_.End();
       return must_restart_ ? 1 : stopping_ ? 0 : kMisconfigured;
     }
+    has_begun_ = true;
     (void)control_.TellRefusals();  // those of before the start were told then
     boost::asio::post(strand_, [this] { Tick(); });
     ReportTrouble();
@@ -207,7 +210,11 @@ class Daemon::Impl {
     const Status configured = config_.TakeAtStart(member_ == nullptr && journal_->state_lost());
     if (!configured.ok()) {
       spdlog::critical("{}", configured.error());
-      if (!journal_->folder().empty()) {
+      must_restart_ = member_ != nullptr && service_.Inspect([this](const engine::Engine& /*it*/) {
+        return log()->Admit() !=
+               protocol::Reason::kNone;  // it does not lead any more, for instance
+      });
+      if (!journal_->folder().empty() && !must_restart_) {
         spdlog::critical(
             "the state in {} is unchanged: use the configuration that it was written with, move it "
             "to the new one (pheromonectl journal resample --config FILE {}), or move the folder "
@@ -257,7 +264,7 @@ class Daemon::Impl {
       case ClusterMember::Begun::kFollows:
         follows_at_start_ = true;
         if (service_.Inspect([](const engine::Engine& it) { return it.shared_config(); }) !=
-            engine::SharedConfig(config_.Get().engine)) {
+            config_.AsRead()) {
           spdlog::warn(
               "cluster: this machine's configuration differs from the one in effect, which is that "
               "of the server that leads; make the files equal");
@@ -333,6 +340,10 @@ class Daemon::Impl {
   }
 
   void ReloadSoon() {
+    if (!has_begun_) {
+      spdlog::warn("SIGHUP ignored: the server starts");
+      return;
+    }
     const bool taken = operations_.Add([this] {
       if (stopping_) {
         return;
@@ -363,6 +374,10 @@ class Daemon::Impl {
   }
 
   void SaveSoon() {
+    if (!has_begun_) {
+      spdlog::warn("SIGUSR1 ignored: the server starts");
+      return;
+    }
     if (!operations_.Add([this] { saver_.SaveBeside(); }) && !stopping_) {
       spdlog::warn("SIGUSR1 ignored: too many requests are pending");
     }
@@ -520,6 +535,7 @@ class Daemon::Impl {
   boost::asio::steady_timer releaser_;
   bool releasing_ = false;
   bool follows_at_start_ = false;
+  std::atomic<bool> has_begun_{false};  // the state is there: it may be reread and saved
   std::atomic<bool> must_restart_{false};
   std::unique_ptr<JournalOwner> journal_;
   std::atomic<bool> release_posted_{false};

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <utility>
 
@@ -108,7 +109,7 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
 }
 
 Status LiveConfig::ChangeTau(uint8_t type, int64_t tau_ms) {
-  engine::EngineConfig next = config_.engine;
+  engine::EngineConfig next = *InEffect();
   auto& laws = next.field.pheromones;
   const auto law =
       std::find_if(laws.begin(), laws.end(), [type](const auto& it) { return it.type == type; });
@@ -128,14 +129,24 @@ Status LiveConfig::ChangeTau(uint8_t type, int64_t tau_ms) {
   PHEROMONE_TRY_STATUS(Configure(next, false));
   spdlog::info("pheromone \"{}\": tau is {} s until the configuration is reread", law->name,
                static_cast<double>(tau_ms) / 1e3);
-  const std::lock_guard lock(mutex_);
-  config_.engine = std::move(next);
   return Ok();
 }
 
 config::Config LiveConfig::Get() const {
+  const engine::SharedConfig in_effect = InEffect();
   const std::lock_guard lock(mutex_);
-  return config_;
+  config::Config config = config_;
+  config.engine = *in_effect;
+  return config;
+}
+
+// In a cluster, another server may have changed it.
+engine::SharedConfig LiveConfig::InEffect() const {
+  auto in_effect = service_->Inspect([](const engine::Engine& it) {
+    return it.configured() ? std::optional(it.shared_config()) : std::nullopt;
+  });
+  const std::lock_guard lock(mutex_);
+  return in_effect ? *in_effect : engine::SharedConfig(config_.engine);
 }
 
 Result<engine::Service::Configured> LiveConfig::Configure(const engine::EngineConfig& config,

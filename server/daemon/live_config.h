@@ -41,12 +41,19 @@ class LiveConfig {
   /// Changes the law of a pheromone until the configuration is read again (Control::ChangeTau).
   Status ChangeTau(uint8_t type, int64_t tau_ms);
 
+  /// The one in effect. Not under the service's lock.
   config::Config Get() const;
+  /// The engine's part of what was read last.
+  engine::SharedConfig AsRead() const {
+    const std::lock_guard lock(mutex_);
+    return config_.engine;
+  }
 
   /// As at the start, since changes require a restart. Any thread.
   const std::vector<links::LinkConfig>& links() const { return config_.links; }
 
  private:
+  engine::SharedConfig InEffect() const;
   Result<engine::Service::Configured> Configure(const engine::EngineConfig& config,
                                                 bool state_lost);
   void Tell(const std::vector<config::Warning>& warnings) const;

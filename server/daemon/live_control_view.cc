@@ -197,14 +197,12 @@ control::ConfigView LiveControl::GetConfig() const {
 }
 
 Status LiveControl::CheckHealth() const {
-  if (parts_.cluster && parts_.cluster->has_leader()) {
-    return Ok();
-  }
   if (const std::string trouble = parts_.log->Trouble(); !trouble.empty()) {
     return Error{trouble};
   }
-  return parts_.service->Inspect([this](const engine::Engine&) {
-    switch (parts_.log->Admit()) {
+  const bool follows = parts_.cluster && parts_.cluster->has_leader();
+  return parts_.service->Inspect([this, follows](const engine::Engine&) {
+    switch (follows ? protocol::Reason::kNone : parts_.log->Admit()) {
       case protocol::Reason::kNone:
         break;
       case protocol::Reason::kBusy:

@@ -70,7 +70,8 @@ struct ClusterView {
   uint64_t elections = 0;  ///< how often the leader changed
   uint64_t fenced = 0;     ///< changes of this server that were refused, since another one led
   uint64_t forwarded = 0;  ///< messages that were passed to the leader
-  std::string trouble;     ///< with the log; empty: none
+  std::string trouble;     ///< with the engine of the log; empty: it responds
+  std::string gap;         ///< why this server cannot follow the log; empty: it can
   std::vector<Peer> peers;
 };
 

@@ -41,6 +41,9 @@ Status Service::Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* o
   clock_.Follow(stamp, read_clock_());
   const uint64_t sequence = Order(stamp, event, &made);
   awaited_works_.erase(sequence);
+  if (configured_ && std::holds_alternative<ConfigChanged>(event)) {
+    configured_();
+  }
   const auto* received = std::get_if<RequestReceived>(&event);
   if (received != nullptr) {
     const Observer::Outcome outcome{sequence, Reason::kNone};

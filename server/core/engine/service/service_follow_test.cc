@@ -186,6 +186,19 @@ TEST_F(FollowTest, AnEditOfTheMapIsFollowedWithAllItsPortions) {
   EXPECT_EQ(follower_.StateHash(), service_.StateHash());
 }
 
+TEST_F(FollowTest, AConfigurationThatWasFollowedIsTold) {
+  int told = 0;
+  follower_.OnConfigured([&] { ++told; });
+  Handle({Hello(1, 1)});
+  CatchUp();
+  EXPECT_EQ(told, 0);
+  EngineConfig config = SmallConfig();
+  config.field.pheromones[0].tau_ms += 1'000;
+  ASSERT_TRUE(service_.Configure(config, 7).ok());
+  CatchUp();
+  EXPECT_EQ(told, 1);
+}
+
 TEST_F(FollowTest, AnArrivalThatTheFollowerSeesIsForwarded) {
   Handle({Hello(3, 1)});
   Handle({Sense(3, 1'000, 5'000)});
