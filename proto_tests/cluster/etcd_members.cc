@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -23,6 +24,18 @@ constexpr char kProgram[] = "/usr/bin/etcd";
 std::string NameOf(size_t member) {
   return "m" + std::to_string(member);
 }
+
+// In the child, where nothing may allocate.
+[[noreturn]] void Become(const std::vector<char*>& arguments, const char* log) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const int output = open(log, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  dup2(output, STDOUT_FILENO);
+  dup2(output, STDERR_FILENO);
+  execv(kProgram, arguments.data());
+  _exit(127);
+}
+
+}  // namespace
 
 // Different ones: all are chosen before any is given back.
 std::vector<uint16_t> FreePorts(size_t count) {
@@ -46,18 +59,6 @@ std::vector<uint16_t> FreePorts(size_t count) {
   }
   return ports;
 }
-
-// In the child, where nothing may allocate.
-[[noreturn]] void Become(const std::vector<char*>& arguments, const char* log) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  const int output = open(log, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  dup2(output, STDOUT_FILENO);
-  dup2(output, STDERR_FILENO);
-  execv(kProgram, arguments.data());
-  _exit(127);
-}
-
-}  // namespace
 
 EtcdMembers::EtcdMembers() {
   if (!std::filesystem::exists(kProgram)) {
@@ -138,6 +139,15 @@ void EtcdMembers::Kill(size_t member) {
     waitpid(processes_[member], nullptr, 0);
     processes_[member] = 0;
   }
+}
+
+uint64_t EtcdMembers::DatabaseBytes() const {
+  uint64_t largest = 0;
+  for (size_t member = 0; member < kCount; ++member) {
+    largest = std::max<uint64_t>(
+        largest, std::filesystem::file_size(folder_ / (NameOf(member) + "/member/snap/db")));
+  }
+  return largest;
 }
 
 }  // namespace pheromone::cluster
