@@ -351,6 +351,29 @@ TEST_F(EtcdLogTest, AGroupWhosePieceCannotBeReadIsReadAgain) {
   EXPECT_TRUE(follower.groups() == groups);
 }
 
+// A process that begins with it would take a page without it for a log that has lost it.
+TEST_F(EtcdLogTest, AFirstGroupWhosePieceCannotBeReadIsNotToldAsMissing) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").term;
+  const Group group = MakeGroup(term, 1, 3, 2'000'000);
+  ASSERT_EQ(leader.Append(group), Appended::kCommitted);
+  const std::string key = ToBase64(EtcdKeys(settings().cluster).Piece(group, 0));
+  bool has_failed = false;
+  relay->SetMadeUp("Not Found", 404);
+  relay->SetDecide([&](std::string_view request) {
+    const bool fails = !has_failed && request.find(key) != std::string_view::npos;
+    has_failed = has_failed || fails;
+    return fails ? Relay::Fate::kMakeUp : Relay::Fate::kPass;
+  });
+  settings().members = {relay->endpoint()};
+  Follower follower(harness(), 3);
+  ASSERT_TRUE(follower.AwaitPage());
+  EXPECT_TRUE(has_failed);
+  EXPECT_EQ(follower.errors().size(), 1u);
+  EXPECT_TRUE(follower.groups() == std::vector<Group>{group});
+}
+
 TEST_F(EtcdLogTest, TransferMovesTheLeadershipToTheOwnMember) {
   const std::vector<Endpoint> all = Members().endpoints();
   for (size_t own = 0; own < all.size(); ++own) {

@@ -294,7 +294,8 @@ asio::awaitable<Status> EtcdLog::Impl::ReadPieces(StoredGroup* stored) {
   co_return Ok();
 }
 
-// Completes groups and tells them. What could not be completed is read again.
+// Completes groups and tells them. What could not be completed is read again: a page without groups
+// would say that there are none.
 asio::awaitable<Status> EtcdLog::Impl::Publish(EtcdReader* reader, EtcdReader::News* found,
                                                uint64_t followed, const News& news) {
   Page page{found->id, found->leader, found->floor, found->log_end, {}};
@@ -310,8 +311,8 @@ asio::awaitable<Status> EtcdLog::Impl::Publish(EtcdReader* reader, EtcdReader::N
     }
     page.groups.push_back(std::move(stored.group));
   }
-  const bool is_only_search = page.groups.empty() && found->more;
-  if (IsFollowed(followed) && !is_only_search) {
+  const bool tells_nothing = page.groups.empty() && (found->more || !status.ok());
+  if (IsFollowed(followed) && !tells_nothing) {
     news(page);
   }
   co_return status;
