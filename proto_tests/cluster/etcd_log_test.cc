@@ -325,6 +325,29 @@ TEST_F(EtcdLogTest, AFollowerReadsOnAfterACompaction) {
   EXPECT_TRUE(harness()->RunUntil([&] { return watches == 2; }));
 }
 
+// Without a compaction: to begin again at once would ask without end.
+TEST_F(EtcdLogTest, AWatchThatIsCanceledIsToldAndBegunAgain) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").term;
+  size_t watches = 0;
+  relay->SetMadeUp(R"({"result":{"canceled":true,"cancel_reason":"no leader"}})"
+                   "\n");
+  relay->SetDecide([&](std::string_view request) {
+    watches += IsWatch(request) ? 1u : 0u;
+    return IsWatch(request) && watches == 1 ? Relay::Fate::kMakeUp : Relay::Fate::kPass;
+  });
+  settings().members = {relay->endpoint()};
+  Follower follower(harness(), 1);
+  ASSERT_TRUE(harness()->RunUntil([&] { return watches == 2; }));
+  EXPECT_EQ(follower.errors(), std::vector<std::string>{"etcd at " + ToText(relay->endpoint()) +
+                                                        ": etcd canceled the watch: no leader"});
+  const std::vector<Group> groups = {MakeGroup(term, 1, 2)};
+  ASSERT_EQ(leader.Append(groups[0]), Appended::kCommitted);
+  ASSERT_TRUE(follower.AwaitGroups(1));
+  EXPECT_EQ(follower.groups(), groups);
+}
+
 TEST_F(EtcdLogTest, AGroupWhosePieceCannotBeReadIsReadAgain) {
   const std::unique_ptr<Relay> relay = NewRelay();
   WaitingLog leader(harness());

@@ -152,7 +152,7 @@ Result<EtcdReader::News> EtcdReader::OnWatch(std::string_view line) {
 Result<EtcdReader::News> EtcdReader::TryWatch(std::string_view line) {
   PHEROMONE_TRY(const WatchAnswer answer, ParseWatch(line));
   News news;
-  news.more = answer.is_canceled;  // what it was to begin with is compacted
+  news.more = answer.is_compacted;
   for (const WatchAnswer::Change& change : answer.changes) {
     const Entry& entry = change.entry;
     if (entry.key == keys_.leader()) {

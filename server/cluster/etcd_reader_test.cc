@@ -202,6 +202,10 @@ TEST_F(EtcdReaderTest, ACompactedWatchAsksForARead) {
   EXPECT_TRUE(news.value().more);
 }
 
+TEST_F(EtcdReaderTest, AWatchThatIsCanceledOtherwiseIsAnError) {
+  EXPECT_FALSE(reader_.OnWatch(R"({"result":{"canceled":true}})").ok());
+}
+
 TEST_F(EtcdReaderTest, ADamagedGroupIsAnErrorAndReadAgain) {
   const char* const damaged = kGroup5;  // at the place of 7
   Result<EtcdReader::News> news =
