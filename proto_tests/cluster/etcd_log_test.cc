@@ -449,5 +449,29 @@ TEST_F(EtcdLogTest, AnotherClusterInItsPlaceFencesALeader) {
   EXPECT_EQ(leader.Append(group), Appended::kFenced);
 }
 
+TEST_F(EtcdLogTest, AnotherClusterInItsPlaceIsToldToWhoOnlyFollows) {
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").term;
+  const std::vector<Group> groups = {MakeGroup(term, 1, 2), MakeGroup(term, 3, 2)};
+  ASSERT_EQ(leader.Append(groups[0]), Appended::kCommitted);
+  Follower follower(harness(), 1);
+  ASSERT_TRUE(follower.AwaitGroups(1));
+  const std::string key = EtcdKeys(settings().cluster).id();
+  ASSERT_TRUE(Put(key, "another"));
+  ASSERT_TRUE(harness()->RunUntil([&] { return !follower.errors().empty(); }));
+  EXPECT_TRUE(follower.errors().front().ends_with(
+      ": key " + key + ": found \"another\", expected \"" + settings().new_id +
+      "\": this is another log; check addresses and data of etcd"))
+      << follower.errors().front();
+  std::optional<bool> is_taken;
+  follower.log().TakeLead(term, "b", [&](const Result<Leader>& now) { is_taken = now.ok(); });
+  ASSERT_TRUE(harness()->RunUntil([&] { return is_taken.has_value(); }));
+  EXPECT_FALSE(*is_taken);
+  ASSERT_TRUE(Put(key, settings().new_id));  // the addresses were wrong
+  ASSERT_EQ(leader.Append(groups[1]), Appended::kCommitted);
+  ASSERT_TRUE(follower.AwaitGroups(2));
+  EXPECT_EQ(follower.groups(), groups);
+}
+
 }  // namespace
 }  // namespace pheromone::cluster

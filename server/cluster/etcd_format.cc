@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "server/base/bytes.h"
+#include "server/base/escape.h"
 #include "server/store/journal/crc32c.h"
 
 namespace pheromone::cluster {
@@ -68,6 +69,18 @@ std::optional<Result<Sequence>> EtcdKeys::FirstOf(std::string_view key) const {
     return std::nullopt;
   }
   return FromHex(key.substr(prefix_.size() + kLogFolder.size()));
+}
+
+Status KeepId(const EtcdKeys& keys, const std::string& id, std::string* known) {
+  if (known->empty()) {
+    *known = id;
+  }
+  if (id == *known) {
+    return Ok();
+  }
+  return Error{"key " + EscapeControls(keys.id(), "") + ": found \"" + EscapeControls(id, "") +
+               "\", expected \"" + EscapeControls(*known, "") +
+               "\": this is another log; check addresses and data of etcd"};
 }
 
 std::vector<KeyAndValue> EncodeGroup(const EtcdKeys& keys, const Group& group) {

@@ -78,6 +78,9 @@ class EtcdKeys {
   std::string prefix_;
 };
 
+/// Sets `known` if it is empty. Errors: `id` is another one.
+Status KeepId(const EtcdKeys& keys, const std::string& id, std::string* known);
+
 struct KeyAndValue {
   std::string key;
   std::string value;

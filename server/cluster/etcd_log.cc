@@ -86,12 +86,15 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
   const std::shared_ptr<EtcdClient> client_;
   uint64_t followed_ = 0;    // calls of Follow
   Revision trimmed_at_ = 0;  // by the last Trim
-  std::string id_;           // of the cluster, when the lead was taken
+  std::string id_;           // of the log, once it is known: another one is another log
 };
 
 asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string node) {
   TxnRequest request;
   request.IfChangedAt(keys_.leader(), seen);
+  if (!id_.empty()) {
+    request.IfEqual(keys_.id(), id_);
+  }
   request.success.Put(keys_.leader(), node);
   if (seen == 0) {
     request.success.Put(keys_.id(), settings_.new_id);
@@ -113,7 +116,10 @@ asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string n
   const std::vector<TxnAnswer::Part>& parts = txn.value().parts;
   const std::vector<Entry>& leader = parts[parts.size() - 2].entries;
   const std::vector<Entry>& id = parts.back().entries;
-  id_ = id.empty() ? std::string() : id.front().value;
+  const Status kept = KeepId(keys_, id.empty() ? std::string() : id.front().value, &id_);
+  if (!kept.ok()) {
+    co_return Unusable(answer.value().member, kept.error());
+  }
   if (leader.empty()) {
     co_return Leader{};
   }
@@ -179,7 +185,7 @@ asio::awaitable<std::optional<Appended>> EtcdLog::Impl::Write(const Group& group
 }
 
 asio::awaitable<Status> EtcdLog::Impl::Trim(Sequence floor) {
-  EtcdReader reader(keys_, floor);
+  EtcdReader reader(keys_, floor, &id_);
   while (!reader.found()) {
     size_t member = 0;
     const Result<EtcdReader::News> read = co_await Read(&reader, &member);
@@ -351,7 +357,7 @@ asio::awaitable<Status> EtcdLog::Impl::Watch(EtcdReader* reader, size_t member, 
 }
 
 asio::awaitable<Status> EtcdLog::Impl::Follow(uint64_t followed, Sequence from, News news) {
-  EtcdReader reader(keys_, from);
+  EtcdReader reader(keys_, from, &id_);
   while (IsFollowed(followed)) {
     size_t member = 0;
     Result<EtcdReader::News> found = co_await Read(&reader, &member);
