@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <boost/asio/awaitable.hpp>
@@ -195,6 +196,46 @@ TEST_F(EtcdLogTest, ALostAnswerIsAskedForAtTheNextMember) {
   told.clear();
   relay->SetDecide(nullptr);  // a probe notices it
   EXPECT_TRUE(harness()->RunUntil([&] { return is_told(" responds"); }));
+}
+
+TEST_F(EtcdLogTest, AMemberThatComesAndGoesHasOneProbe) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  size_t probes = 0;
+  relay->SetDecide([&](std::string_view request) {
+    const bool is_probe = request.starts_with("POST /v3/kv/range");
+    probes += is_probe ? 1u : 0u;
+    return is_probe ? Relay::Fate::kHold : Relay::Fate::kPass;
+  });
+  const auto new_client = [&](const Endpoint& member, EtcdClient::OnMember on_member) {
+    return std::make_shared<EtcdClient>(harness()->io().get_executor(),
+                                        std::vector<Endpoint>{member}, std::chrono::minutes(1),
+                                        std::move(on_member));
+  };
+  const auto client = new_client(relay->endpoint(), nullptr);
+  bool is_down = false;
+  boost::asio::co_spawn(
+      harness()->io(),
+      [&]() -> boost::asio::awaitable<void> {
+        const std::string path = kStatusPath;
+        const std::string body = "{}";
+        for (int i = 0; i < 3; ++i) {
+          static_cast<void>(co_await client->Call(path, body));  // it is up
+          client->SetDown(0, Error{"down"});
+        }
+        is_down = true;
+      },
+      boost::asio::detached);
+  ASSERT_TRUE(harness()->RunUntil([&] { return is_down; }));
+  // When this one was probed twice, the other was probed by all that probe it.
+  size_t responds = 0;
+  const auto later =
+      new_client(Members().endpoints()[1],
+                 [&](const Endpoint&, const Status& status) { responds += status.ok() ? 1u : 0u; });
+  for (const size_t times : {1u, 2u}) {
+    later->SetDown(0, Error{"down"});
+    ASSERT_TRUE(harness()->RunUntil([&] { return responds == times; }));
+  }
+  EXPECT_EQ(probes, 1u);
 }
 
 TEST_F(EtcdLogTest, ALostAnswerToTakeLeadMayHaveSucceeded) {
