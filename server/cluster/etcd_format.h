@@ -4,15 +4,13 @@
 // of 16 hexadecimal digits in lower case, so that keys sort as the numbers do.
 //
 //   leader                  the name of the node that leads. The key's mod_revision is the term:
-//   etcd
-//                           raises it with each change, and never gives one out again.
+//                           etcd raises it with each change, and never gives one out again
 //   id                      made with the first leader, then never changed. Another id is another
-//                           log, whatever its groups and terms look like.
-//   floor                   FLOOR: groups that end before this sequence were removed. Absent: 1.
-//   log/FIRST               a group of events; FIRST is the sequence of its first event.
+//                           log, whatever its groups and terms look like
+//   floor                   FLOOR: groups that end before this sequence were removed. Absent: 1
+//   log/FIRST               a group of events; FIRST is the sequence of its first event
 //   piece/FIRST/TERM/INDEX  a part of the records of a group that is too large for one request;
-//   INDEX
-//                           has 4 digits or more.
+//                           INDEX has 4 digits or more
 //
 // The value of log/FIRST, little-endian:
 //
