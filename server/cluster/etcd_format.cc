@@ -1,7 +1,8 @@
 #include "server/cluster/etcd_format.h"
 
-#include <algorithm>
+#include <charconv>
 #include <cstdio>
+#include <utility>
 
 #include "server/base/bytes.h"
 #include "server/base/escape.h"
@@ -12,7 +13,6 @@ namespace {
 
 constexpr uint8_t kGroupVersion = 1;
 constexpr std::string_view kLogFolder = "log/";
-constexpr size_t kHexDigits = 16;
 
 // What is before the checksum.
 std::string EncodeHead(const Group& group, uint32_t pieces) {
@@ -32,27 +32,10 @@ uint32_t ChecksumOf(const Group& group, std::string_view head) {
 
 }  // namespace
 
-std::string ToHex(Sequence number) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text(kHexDigits, '0');
-  for (size_t i = kHexDigits; i > 0 && number != 0; number >>= 4) {
-    text[--i] = kDigits[number & 15];
-  }
-  return text;
-}
-
 Result<Sequence> FromHex(std::string_view digits) {
   Sequence number = 0;
-  for (const char c : digits) {
-    const bool is_letter = c >= 'a' && c <= 'f';
-    if (!is_letter && (c < '0' || c > '9')) {
-      number = 0;
-      digits = {};
-      break;
-    }
-    number = number << 4 | static_cast<Sequence>(is_letter ? c - 'a' + 10 : c - '0');
-  }
-  if (digits.size() != kHexDigits) {
+  std::from_chars(digits.data(), digits.data() + digits.size(), number, 16);
+  if (HexText(number) != digits) {
     return Error{"expected a number of 16 hexadecimal digits"};
   }
   return number;
@@ -61,7 +44,7 @@ Result<Sequence> FromHex(std::string_view digits) {
 std::string EtcdKeys::Piece(const Group& group, uint32_t index) const {
   char text[16];
   std::snprintf(text, sizeof text, "%04x", index);
-  return PiecesOf(group.first) + "/" + ToHex(group.term) + "/" + text;
+  return PiecesOf(group.first) + "/" + HexText(group.term) + "/" + text;
 }
 
 std::optional<Result<Sequence>> EtcdKeys::FirstOf(std::string_view key) const {

@@ -35,6 +35,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/base/format.h"
 #include "server/base/result.h"
 #include "server/cluster/replicated_log.h"
 
@@ -45,9 +46,7 @@ constexpr size_t kMaxInlineBytes = size_t{128} << 10;
 /// Of a piece. etcd's limit of a request is 1.5 MiB.
 constexpr size_t kPieceBytes = size_t{1} << 20;
 
-/// 16 hexadecimal digits.
-std::string ToHex(Sequence number);
-/// Errors: anything else.
+/// What HexText writes. Errors: anything else.
 Result<Sequence> FromHex(std::string_view digits);
 
 class EtcdKeys {
@@ -58,10 +57,10 @@ class EtcdKeys {
   std::string leader() const { return prefix_ + "leader"; }
   std::string id() const { return prefix_ + "id"; }
   std::string floor() const { return prefix_ + "floor"; }
-  std::string Log(Sequence first) const { return prefix_ + "log/" + ToHex(first); }
+  std::string Log(Sequence first) const { return prefix_ + "log/" + HexText(first); }
   std::string Piece(const Group& group, uint32_t index) const;
   /// All pieces of earlier groups sort before it, and none of this and later groups does.
-  std::string PiecesOf(Sequence first) const { return prefix_ + "piece/" + ToHex(first); }
+  std::string PiecesOf(Sequence first) const { return prefix_ + "piece/" + HexText(first); }
 
   /// After all groups.
   std::string log_end() const { return prefix_ + "log0"; }

@@ -10,6 +10,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "server/base/format.h"
 #include "server/cluster/etcd_format.h"
 #include "server/cluster/etcd_messages.h"
 #include "server/cluster/etcd_reader.h"
@@ -194,8 +195,8 @@ asio::awaitable<Status> EtcdLog::Impl::Trim(Sequence floor) {
     }
   }
   TxnRequest request;
-  request.IfGreater(keys_.floor(), ToHex(floor));
-  request.failure.Put(keys_.floor(), ToHex(floor));
+  request.IfGreater(keys_.floor(), HexText(floor));
+  request.failure.Put(keys_.floor(), HexText(floor));
   request.failure.DeleteRange(keys_.Log(0), keys_.Log(reader.next()));
   request.failure.DeleteRange(keys_.PiecesOf(0), keys_.PiecesOf(reader.next()));
   const std::string path = kTxnPath;
