@@ -65,7 +65,13 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
 
  private:
   using News = std::function<void(const Result<Page>&)>;
+  struct Transacted {
+    size_t member = 0;  // that answered
+    TxnAnswer txn;
+  };
 
+  asio::awaitable<Result<Transacted>> Transact(const TxnRequest& request, size_t success_parts,
+                                               size_t failure_parts);
   asio::awaitable<std::optional<Appended>> Write(const Group& group, const KeyAndValue& what,
                                                  const std::string& group_value);
   asio::awaitable<Result<EtcdReader::News>> Read(EtcdReader* reader, size_t* member);
@@ -90,6 +96,22 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
   std::string id_;           // of the log, once it is known: another one is another log
 };
 
+asio::awaitable<Result<EtcdLog::Impl::Transacted>> EtcdLog::Impl::Transact(
+    const TxnRequest& request, size_t success_parts, size_t failure_parts) {
+  const std::string path = kTxnPath;
+  const std::string body = request.Text();
+  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
+  if (!answer.ok()) {
+    co_return answer.error();
+  }
+  const size_t member = answer.value().member;
+  Result<TxnAnswer> txn = ParseTxn(answer.value().text, success_parts, failure_parts);
+  if (!txn.ok()) {
+    co_return Unusable(member, txn.error());
+  }
+  co_return Transacted{member, std::move(txn).value()};
+}
+
 asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string node) {
   TxnRequest request;
   request.IfChangedAt(keys_.leader(), seen);
@@ -104,22 +126,16 @@ asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string n
     operations->Read(keys_.leader());
     operations->Read(keys_.id());
   }
-  const std::string path = kTxnPath;
-  const std::string body = request.Text();
-  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
-  if (!answer.ok()) {
-    co_return answer.error();
+  const Result<Transacted> done = co_await Transact(request, seen == 0 ? 4 : 3, 2);
+  if (!done.ok()) {
+    co_return done.error();
   }
-  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, seen == 0 ? 4 : 3, 2);
-  if (!txn.ok()) {
-    co_return Unusable(answer.value().member, txn.error());
-  }
-  const std::vector<TxnAnswer::Part>& parts = txn.value().parts;
+  const std::vector<TxnAnswer::Part>& parts = done.value().txn.parts;
   const std::vector<Entry>& leader = parts[parts.size() - 2].entries;
   const std::vector<Entry>& id = parts.back().entries;
   const Status kept = KeepId(keys_, id.empty() ? std::string() : id.front().value, &id_);
   if (!kept.ok()) {
-    co_return Unusable(answer.value().member, kept.error());
+    co_return Unusable(done.value().member, kept.error());
   }
   if (leader.empty()) {
     co_return Leader{};
@@ -154,23 +170,17 @@ asio::awaitable<std::optional<Appended>> EtcdLog::Impl::Write(const Group& group
   request.failure.Read(keys_.leader());
   request.failure.Read(place);
   request.failure.Read(keys_.id());
-  const std::string path = kTxnPath;
-  const std::string body = request.Text();
-  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
-  if (!answer.ok()) {
+  const Result<Transacted> done = co_await Transact(request, 1, 3);
+  if (!done.ok()) {
     co_return Appended::kUnknown;
   }
-  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 1, 3);
-  if (!txn.ok()) {
-    static_cast<void>(Unusable(answer.value().member, txn.error()));
-    co_return Appended::kUnknown;
-  }
-  if (txn.value().succeeded) {
+  const TxnAnswer& txn = done.value().txn;
+  if (txn.succeeded) {
     co_return std::nullopt;
   }
-  const std::vector<Entry>& leader = txn.value().parts[0].entries;
-  const std::vector<Entry>& there = txn.value().parts[1].entries;
-  const std::vector<Entry>& id = txn.value().parts[2].entries;
+  const std::vector<Entry>& leader = txn.parts[0].entries;
+  const std::vector<Entry>& there = txn.parts[1].entries;
+  const std::vector<Entry>& id = txn.parts[2].entries;
   if (!id_.empty() && (id.empty() || id.front().value != id_)) {
     co_return Appended::kFenced;
   }
@@ -179,7 +189,7 @@ asio::awaitable<std::optional<Appended>> EtcdLog::Impl::Write(const Group& group
   }
   if (!leader.empty() && leader.front().revision == group.term) {
     const Error contradiction("all comparisons hold, expected the transaction to succeed");
-    static_cast<void>(Unusable(answer.value().member, contradiction));
+    static_cast<void>(Unusable(done.value().member, contradiction));
     co_return Appended::kUnknown;
   }
   co_return Appended::kFenced;
@@ -199,17 +209,11 @@ asio::awaitable<Status> EtcdLog::Impl::Trim(Sequence floor) {
   request.failure.Put(keys_.floor(), HexText(floor));
   request.failure.DeleteRange(keys_.Log(0), keys_.Log(reader.next()));
   request.failure.DeleteRange(keys_.PiecesOf(0), keys_.PiecesOf(reader.next()));
-  const std::string path = kTxnPath;
-  const std::string body = request.Text();
-  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
-  if (!answer.ok()) {
-    co_return answer.error();
+  const Result<Transacted> done = co_await Transact(request, 0, 3);
+  if (!done.ok()) {
+    co_return done.error();
   }
-  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 0, 3);
-  if (!txn.ok()) {
-    co_return Unusable(answer.value().member, txn.error());
-  }
-  const Revision before = std::exchange(trimmed_at_, txn.value().revision);
+  const Revision before = std::exchange(trimmed_at_, done.value().txn.revision);
   if (before == 0) {
     co_return Ok();
   }
@@ -274,25 +278,23 @@ asio::awaitable<Result<EtcdReader::News>> EtcdLog::Impl::Read(EtcdReader* reader
 }
 
 asio::awaitable<Status> EtcdLog::Impl::ReadPieces(StoredGroup* stored) {
-  const std::string path = kTxnPath;
   for (uint32_t piece = 0; piece < stored->pieces; ++piece) {
     const std::string key = keys_.Piece(stored->group, piece);
     TxnRequest request;
     request.success.Read(key);
-    const std::string body = request.Text();
-    const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
-    if (!answer.ok()) {
-      co_return answer.error();
+    const Result<Transacted> done = co_await Transact(request, 1, 0);
+    if (!done.ok()) {
+      co_return done.error();
     }
-    const Result<TxnAnswer> txn = ParseRead(answer.value().text, 1);
-    if (!txn.ok()) {
-      co_return Unusable(answer.value().member, txn.error());
+    const std::vector<TxnAnswer::Part>& parts = done.value().txn.parts;
+    if (parts.empty() || parts[0].entries.empty()) {
+      co_return client_->ErrorAt(done.value().member, "key " + key + ": absent, expected piece " +
+                                                          std::to_string(piece + 1) + " of " +
+                                                          std::to_string(stored->pieces) +
+                                                          " of the group at " +
+                                                          std::to_string(stored->group.first));
     }
-    if (txn.value().parts[0].entries.empty()) {
-      co_return client_->ErrorAt(answer.value().member,
-                                 "key " + key + ": expected a piece of a group");
-    }
-    stored->group.records += txn.value().parts[0].entries.front().value;
+    stored->group.records += parts[0].entries.front().value;
   }
   const Status checked = CheckGroup(*stored);
   if (!checked.ok()) {
