@@ -83,7 +83,9 @@ class EtcdHarness : public LogHarness {
       const std::unique_ptr<ReplicatedLog> client = NewClient(one);
       bool is_ready = false;
       client->Follow(1, [&](const Result<Page>& page) { is_ready = is_ready || page.ok(); });
-      ASSERT_TRUE(RunUntil([&] { return is_ready; })) << ToText(endpoint);
+      ASSERT_TRUE(RunUntil([&] { return is_ready; }))
+          << "etcd at " << ToText(endpoint) << " knows no leader, expected one within "
+          << kMuchTooLong.count() << " s";
     }
   }
 

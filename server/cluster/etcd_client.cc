@@ -180,7 +180,7 @@ asio::awaitable<Result<EtcdAnswer>> EtcdClient::Call(const std::string& path,
     errors += (errors.empty() ? "" : "; ") + error;
   }
   co_await Pause(kMinFailure);
-  co_return Error{errors.empty() ? "no members of etcd are given" : errors};
+  co_return Error{errors.empty() ? "no member of etcd is given, expected at least one" : errors};
 }
 
 asio::awaitable<Result<std::string>> EtcdClient::CallMember(size_t member, const std::string& path,

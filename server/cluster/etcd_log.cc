@@ -188,7 +188,7 @@ asio::awaitable<std::optional<Appended>> EtcdLog::Impl::Write(const Group& group
     co_return there.front().value == group_value ? Appended::kCommitted : Appended::kFenced;
   }
   if (!leader.empty() && leader.front().revision == group.term) {
-    const Error contradiction("all comparisons hold, expected the transaction to succeed");
+    const Error contradiction("the transaction failed, expected success: its comparisons hold");
     static_cast<void>(Unusable(done.value().member, contradiction));
     co_return Appended::kUnknown;
   }
@@ -259,7 +259,10 @@ asio::awaitable<Status> EtcdLog::Impl::Transfer() {
       co_return transferred.ok() ? Ok() : Status(transferred.error());
     }
   }
-  co_return client_->ErrorAt(0, "follows a member that does not respond, or is not in the list");
+  co_return client_->ErrorAt(0, own.leader == 0
+                                    ? "knows no leader of etcd"
+                                    : "the leader of etcd, member " + HexText(own.leader) +
+                                          ", is not among those that respond; check the addresses");
 }
 
 asio::awaitable<Result<EtcdReader::News>> EtcdLog::Impl::Read(EtcdReader* reader, size_t* member) {
