@@ -5,6 +5,7 @@
 """
 
 import json
+import os
 import pathlib
 import signal
 import subprocess
@@ -67,6 +68,7 @@ class ClusterTest(unittest.TestCase):
         at_stopped = self.robot(4, self.leader)
         at_stopped.hello(7)
         stopped.process.send_signal(signal.SIGSTOP)
+        os.waitpid(stopped.process.pid, os.WUNTRACED)  # its threads go on for a moment
         robot.deposit(1, 5000, 5000, 8)
         self.assertEqual(self.machines.role(self.follower), "leads")
         stopped.process.send_signal(signal.SIGCONT)
