@@ -32,9 +32,11 @@ PATIENCE_S = 120  # of a busy machine; nothing waits this long when things are w
 
 
 def await_that(condition, what, patience_s=PATIENCE_S):
+    """`what` is expected: a text, or what returns it once it is clear that it does not come."""
     end = time.monotonic() + patience_s
     while not condition():
-        check(time.monotonic() < end, f"waited in vain: {what}")
+        if time.monotonic() >= end:
+            raise AssertionError(f"not within {patience_s} s: {what() if callable(what) else what}")
         time.sleep(0.01)
 
 

@@ -5,6 +5,7 @@
 """
 
 import json
+import os
 import pathlib
 import signal
 import subprocess
@@ -67,10 +68,12 @@ class ClusterTest(unittest.TestCase):
         at_stopped = self.robot(4, self.leader)
         at_stopped.hello(7)
         stopped.process.send_signal(signal.SIGSTOP)
+        os.waitpid(stopped.process.pid, os.WUNTRACED)  # its threads go on for a moment
         robot.deposit(1, 5000, 5000, 8)
         self.assertEqual(self.machines.role(self.follower), "leads")
         stopped.process.send_signal(signal.SIGCONT)
-        await_that(lambda: self.machines.role(self.leader) in ("", "follows"), "it notices")
+        await_that(lambda: self.machines.role(self.leader) in ("", "follows"),
+                   f"{self.leader}, which was stopped, follows or has ended")
         if self.machines.role(self.leader) == "":  # it had made a change that never happened
             self.assertEqual(stopped.process.wait(60), 1, stopped.log())
             self.machines.start(self.leader)
@@ -93,7 +96,7 @@ class ClusterTest(unittest.TestCase):
         robot.sense(1, 5000, 5000, 0)
         status, text = daemon.call("POST", "/api/v1/halt", {})
         self.assertEqual(status, 200, text)
-        await_that(lambda: robot.sense(1, 5000, 5000, 0) and halted, "the halt comes")
+        await_that(lambda: robot.sense(1, 5000, 5000, 0) and halted, "the halt reaches robot 5")
 
     def test_a_reload_at_the_follower_is_that_of_the_leader(self):
         for node in self.machines.nodes:
@@ -104,7 +107,7 @@ class ClusterTest(unittest.TestCase):
         def are_changed():
             return all(json.loads(daemon.call("GET", "/api/v1/laws")[1])["pheromones"][0]["tau_s"] == 90
                        for daemon in self.machines.daemons.values())
-        await_that(are_changed, "the law is changed at both")
+        await_that(are_changed, "tau_s is 90 at both")
         self.machines.await_equal()
 
     def test_a_leader_hands_over_when_it_is_asked_to_and_when_it_stops(self):
@@ -144,7 +147,7 @@ class ClusterTest(unittest.TestCase):
             except Exception:  # noqa: BLE001: silence until then
                 pass
             return refused
-        await_that(ask, "a change is refused")
+        await_that(ask, "a change is refused without a majority of etcd")
         self.assertEqual(refused[0], 7)
         robot.sense(1, 5000, 5000, 0)
 

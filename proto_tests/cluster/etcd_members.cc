@@ -10,10 +10,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <stdexcept>
+
+#include "server/base/descriptor.h"
 
 namespace pheromone::cluster {
 namespace {
@@ -39,23 +39,19 @@ std::string NameOf(size_t member) {
 
 // Different ones: all are chosen before any is given back.
 std::vector<uint16_t> FreePorts(size_t count) {
-  std::vector<int> sockets;
+  std::vector<Descriptor> sockets;
   std::vector<uint16_t> ports;
   for (size_t i = 0; i < count; ++i) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     socklen_t size = sizeof address;
-    const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+    const Descriptor& socket = sockets.emplace_back(::socket(AF_INET, SOCK_STREAM, 0));
     auto* const generic = reinterpret_cast<sockaddr*>(&address);
-    if (bind(socket, generic, size) != 0 || getsockname(socket, generic, &size) != 0) {
-      throw std::runtime_error(std::string("no free port: ") + std::strerror(errno));
+    if (bind(socket.get(), generic, size) != 0 || getsockname(socket.get(), generic, &size) != 0) {
+      throw std::runtime_error(SystemError("no free port"));
     }
-    sockets.push_back(socket);
     ports.push_back(ntohs(address.sin_port));
-  }
-  for (const int socket : sockets) {
-    close(socket);
   }
   return ports;
 }
@@ -128,7 +124,7 @@ void EtcdMembers::Start(size_t member) {
     Become(pointers, log.c_str());
   }
   if (process < 0) {
-    throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
+    throw std::runtime_error(SystemError("fork"));
   }
   processes_[member] = process;
 }

@@ -412,7 +412,7 @@ def run_kills(options, folder):
         for number in range(options.leader_kills):
             await_that(lambda: scene.leader() and all(
                 scene.status(it)["cluster"]["role"] in ("leads", "follows") for it in SERVERS),
-                "both are well")
+                "both servers lead or follow")
             run.wait(2.0)
             kills.append(time.monotonic())
             getattr(run.faults, options.only or "kill_leader")(2.5, random.Random(number))

@@ -143,7 +143,7 @@ class Machines:
         def look():
             found[:] = [node for node in self.running() if self.role(node) == "leads"]
             return len(found) == 1
-        await_that(look, "a server leads")
+        await_that(look, lambda: f"one server leads; found {found}")
         return found[0]
 
     def await_equal(self):
@@ -155,7 +155,7 @@ class Machines:
                 status = self.status(node, True)
                 hashes[node] = (status["sequence"], status["state_hash"])
             return len(set(hashes.values())) == 1
-        await_that(look, "all have the same state")
+        await_that(look, lambda: f"all have the same sequence and state; found {hashes}")
         return next(iter(hashes.values()))
 
     def address(self, node):
