@@ -82,7 +82,6 @@ class ServerChoice {
   size_t server_ = 0;
   size_t moves_ = 0;
   bool refused_ = false;
-  bool stuck_ = false;
   int64_t arrived_ms_ = 0;
   protocol::FrameDecoder decoder_{protocol::kNoGapTimeout};
   std::vector<uint8_t> unanswered_;    // the last request

@@ -173,6 +173,16 @@ TEST_F(ServerChoiceTest, AServerThatAnswersOnlyQueriesIsLeftWithAChangeThatWaits
   }
 }
 
+TEST_F(ServerChoiceTest, AServerThatAnswersTheLastRepetitionIsNotLeft) {
+  const int64_t begin_ms = now_ms_;
+  for (; now_ms_ < begin_ms + 3000; now_ms_ += 100) {
+    Exchange(Trace(4), Refusal(4, protocol::Reason::kBusy));
+    ASSERT_FALSE(choice_.Move(now_ms_));
+  }
+  Exchange(Trace(4), Traced(4));
+  EXPECT_EQ(-1, UntilMove());
+}
+
 TEST_F(ServerChoiceTest, AServerThatIsReadOnlyIsLeftToo) {
   const int64_t begin_ms = now_ms_;
   for (uint8_t seq = 4; !choice_.Move(now_ms_) && seq < 100; ++seq) {  // the client gives each up
@@ -225,6 +235,17 @@ TEST_F(ServerChoiceTest, TellsOnceThatTheEpochIsAnother) {
   Exchange(Sense(1), Sensed());
   EXPECT_EQ(Hello(), Inquiry());
   choice_.OnReceived(Greeting(3), now_ms_);
+  EXPECT_TRUE(choice_.TakeNewEpoch());
+}
+
+TEST_F(ServerChoiceTest, ASecondCopyOfTheAnswerTakesNothingBack) {
+  ComeFromTheFirst();
+  Exchange(Sense(1), Sensed());
+  EXPECT_EQ(Hello(), Inquiry());
+  Bytes twice = Greeting(4);
+  const Bytes second = Greeting(4);
+  twice.insert(twice.end(), second.begin(), second.end());
+  choice_.OnReceived(twice, now_ms_);
   EXPECT_TRUE(choice_.TakeNewEpoch());
 }
 
