@@ -262,8 +262,9 @@ def robots_at(history, halts):
     return found
 
 
-def judge(run, folder, is_complete, groups, others=()):
-    """What is wrong, and prints figures."""
+def judge(run, folder, is_complete, logs, others=()):
+    """What is wrong, and prints figures. `logs`: the groups of the log while servers ran, and then."""
+    earlier, groups = logs
     scene, program = run.scene, run.scene.tests_dir / "replayed_journal"
     history = histories.read(run.history)
     hashed = {sequence for _, sequence, _ in scene.statuses}
@@ -273,10 +274,10 @@ def judge(run, folder, is_complete, groups, others=()):
         wrong += histories.check_journal(it, journal)
     wrong += histories.check_equal(journals)
     longest = max(journals.values(), key=lambda it: len(it.lines))
-    wrong += histories.check_groups(groups, longest)
+    wrong += histories.check_groups(earlier, groups, longest)
     wrong += histories.check_robots(history, longest, others)
     wrong += histories.check_operators(scene.edits, longest)
-    wrong += histories.check_hashes(scene.statuses, longest)
+    wrong += histories.check_hashes(scene.statuses, groups, longest)
     for it in SERVERS:  # in order, deposed, or at a second signal at once
         wrong += [f"{scene.servers[it].name} ended with status {status}"
                   for status in scene.servers[it].endings if status not in (0, 1, 143)]
@@ -336,9 +337,11 @@ def run_faults(options, planned, folder):
         scene.begin(run.halt)
         run.run()
         is_complete = scene.end_robots(AGAIN_S)
+        logs = [scene.groups()]
         is_complete = scene.await_equal(AGAIN_S) and is_complete
-        groups = scene.groups()
-    wrong = judge(run, folder, is_complete, groups)
+        scene.end_servers()
+        logs.append(scene.groups())
+    wrong = judge(run, folder, is_complete, logs)
     write(options, "all kinds" if not options.only else options.only, len(planned), run.rows)
     return wrong
 
@@ -420,9 +423,11 @@ def run_kills(options, folder):
         run.wait(2.0)
         is_complete = scene.end_robots(AGAIN_S)
         driven = drivers.end()
+        logs = [scene.groups()]
         is_complete = scene.await_equal(AGAIN_S) and is_complete
-        groups = scene.groups()
-    wrong = judge(run, folder, is_complete, groups, [it[-1] for it in driven])
+        scene.end_servers()
+        logs.append(scene.groups())
+    wrong = judge(run, folder, is_complete, logs, [it[-1] for it in driven])
     lines = histories.read(history)
     pairs = [it for it in lines if it["robot"] in ("0:1", "0:2", "1:3", "1:4")]  # of servers
     over = [[s for at, s in histories.latencies(pairs) if t - s < at < t + 2.0] for t in kills]

@@ -64,8 +64,14 @@ def check_equal(journals):
             return
 
 
-def check_groups(groups, journal):
-    """`groups`: (first event, events, term) of each in the log."""
+def log_end(groups):
+    """The first event that the log does not have."""
+    return groups[-1][0] + groups[-1][1] if groups else 0
+
+
+def check_groups(earlier, groups, journal):
+    """(first event, events, term) of each in the log, `earlier` while servers ran, and at the end: a
+    journal has committed events only, but servers may have died before they wrote the last ones."""
     end, before = None, 0
     for first, count, term in groups:
         if end is not None and first != end:
@@ -73,8 +79,9 @@ def check_groups(groups, journal):
         if term < before:
             yield f"the group at {first} has term {term}, after {before}"
         end, before = first + count, term
-    if end is None or end > len(journal.lines) + 1:
-        yield f"the log ends before event {end}, the journals after {len(journal.lines)}"
+    if not log_end(earlier) <= len(journal.lines) + 1 <= log_end(groups):
+        yield (f"the log ended before event {log_end(earlier)} and then {log_end(groups)}, the journals "
+               f"after {len(journal.lines)}")
 
 
 def check_robots(history, journal, others=()):
@@ -133,12 +140,15 @@ def check_operators(edits, journal):
         yield f"the edit at {place} um was made by nobody"
 
 
-def check_hashes(statuses, journal):
+def check_hashes(statuses, groups, journal):
     """`statuses`: (node, sequence, hash) that servers told of committed states."""
     found = journal.hashes()
     for node, sequence, told in statuses:
         if sequence in found and found[sequence] != told:
             yield f"{node} told hash {told} after event {sequence}, the replay has {found[sequence]}"
+        elif sequence >= log_end(groups):
+            yield (f"{node} told hash {told} after event {sequence} as committed, the log ends before "
+                   f"event {log_end(groups)}")
 
 
 def halt_delays(halts, history):

@@ -329,6 +329,10 @@ class Scene:
             time.sleep(0.05)
         return False
 
+    def end_servers(self):
+        for it in self.servers.values():
+            it.kill(float("inf"))
+
     def close(self):
         self.ending.set()
         for thread in self.threads:
