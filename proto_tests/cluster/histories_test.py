@@ -109,12 +109,30 @@ class HistoriesTest(unittest.TestCase):
         self.finds(list(histories.check_groups([], [(1, 2, 5), (4, 1, 5)], Stub(*SOUND))), "follows one that")
         self.finds(list(histories.check_groups([], [(1, 2, 9), (3, 2, 5)], Stub(*SOUND))), "term 5, after 9")
 
+    def halts(self, *lines):
+        halts = histories.Halts()
+        for it in HISTORY:
+            halts.feed({"server": 0, **it})
+        halts.begin(2.0, {"0:1": 0, "0:2": 0})  # the second is not there any more
+        for it in lines:
+            halts.feed(it)
+        return halts
+
     def test_a_halt_that_comes_late(self):
         halt = {"t": 2.3, "robot": "0:1", "what": "halt", "server": 0}
-        found = histories.halt_delays([(2.0, ["0:1"])], [*HISTORY, halt])
-        self.assertEqual([(t, robot, round(s, 3)) for t, robot, s in found], [(2.0, "0:1", 0.3)])
-        stall = {"t": 2.3, "robot": "-", "what": "stall", "s": 0.25}
-        self.assertEqual(histories.halt_delays([(2.0, ["0:1"])], [stall, halt]), [])
+        halts = self.halts(halt)
+        self.assertEqual(halts.missing(), [])
+        halts.end()
+        self.assertEqual([(t, robot, round(s, 3)) for t, robot, s in halts.delays], [(2.0, "0:1", 0.3)])
+        halts = self.halts(halt, {"t": 2.3, "robot": "-", "what": "stall", "s": 0.25})
+        halts.end()
+        self.assertEqual(halts.delays, [])
+
+    def test_a_halt_that_never_comes(self):
+        earlier = {"t": 1.9, "robot": "0:1", "what": "halt", "server": 0}
+        self.assertEqual(self.halts(earlier).missing(), ["0:1"])
+        self.assertEqual(self.halts({"t": 2.1, "robot": "0:1", "what": "moved", "server": 1}).missing(), [])
+
 
 
 if __name__ == "__main__":

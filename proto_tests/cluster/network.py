@@ -12,6 +12,7 @@ router without a word, so that neither end learns of it, as behind a broken swit
 import os
 import shutil
 import subprocess
+import time
 
 NET = "10.77"
 
@@ -26,6 +27,7 @@ class Network:
         self.prefix = f"ph{os.getpid()}"
         self.names = list(names)
         self.cuts = set()
+        self.changed_at = 0.0
         self._namespaces = []
         try:
             self._make()
@@ -77,6 +79,7 @@ class Network:
             self.mend(of, to)
 
     def _rule(self, what, of, to):
+        self.changed_at = time.monotonic()
         self._ip("-n", self.space("router"), "rule", what, "from", self.address(of), "to",
                  self.address(to), "blackhole")
 

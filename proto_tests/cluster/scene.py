@@ -27,6 +27,8 @@ from test_config import link, map_of, pheromone, pty, table  # noqa: E402
 
 SERVERS, WITNESS, FLOOR = "ab", "w", "f"
 ETCD_PORT, ETCD_PEERS, PEERS, UDP, TCP = 2379, 2380, 8390, 4951, 4950
+ROBOTS = [("udp", "ab"), ("udp", "ba"), ("tcp", "ab"), ("tcp", "ba"), ("udp", "a"), ("udp", "b"),
+          ("pty", "a"), ("pty", "b")]  # their links and servers
 RELAY_PORTS = (3001, 3002, 3003)
 RESTART_S = 0.2  # of what has ended by itself
 CALL_S = 1.0
@@ -50,9 +52,11 @@ class Process:
         self.stopped_until = None
         self.endings = []  # statuses of those that ended by themselves
         self.starts = 0
+        self.changed_at = 0.0
 
     def start(self):
         self.starts += 1
+        self.changed_at = time.monotonic()
         with open(self.log, "ab") as log:
             log.write(f"--- start {self.starts} at {time.monotonic():.3f}\n".encode())
             log.flush()
@@ -63,7 +67,7 @@ class Process:
         with self.lock:
             if self.stopped_until is not None and now >= self.stopped_until:
                 self.resume()
-            if self.process is not None and self.process.poll() is not None:
+            if self.has_ended():
                 self.endings.append(self.process.returncode)
                 self._clear()
                 self.down_until = max(self.down_until, now + RESTART_S)
@@ -81,6 +85,7 @@ class Process:
 
     def _clear(self):
         self.process = None
+        self.changed_at = time.monotonic()
         if self.leaves:
             self.leaves.unlink(missing_ok=True)
 
@@ -90,11 +95,13 @@ class Process:
             if self.process is not None:
                 self.resume()
                 self.process.terminate()
+                self.changed_at = time.monotonic()
 
     def stop(self, until):
         with self.lock:
             if self.process is not None:
                 self.stopped_until = until
+                self.changed_at = time.monotonic()
                 self.process.send_signal(signal.SIGSTOP)
 
     def resume(self):
@@ -102,6 +109,10 @@ class Process:
             self.stopped_until = None
             if self.process is not None:
                 self.process.send_signal(signal.SIGCONT)
+                self.changed_at = time.monotonic()
+
+    def has_ended(self):
+        return self.process is not None and self.process.poll() is not None
 
     def runs(self):
         return self.process is not None and self.stopped_until is None
@@ -115,7 +126,8 @@ class Scene:
         self.lock = threading.RLock()
         self.network = Network(SERVERS + WITNESS + FLOOR)
         self.servers, self.etcds, self.robots, self.relay = {}, {}, None, None
-        self.statuses, self.edits, self.halts = [], [], []
+        self.robot_nodes = {}  # their servers, in the order of their lists
+        self.statuses, self.edits = [], []
         self.leaders = []  # (time, node, term), whenever it is told
         self.edit_count = 0
         self.ending = threading.Event()
@@ -194,6 +206,10 @@ class Scene:
                 for it in (*self.etcds.values(), *self.servers.values()):
                     it.look(time.monotonic())
 
+    def changed_at(self):
+        """When a server was last killed, stopped or started, or the network cut or mended."""
+        return max(it.changed_at for it in (*self.servers.values(), self.network))
+
     # --- Operators
 
     def call(self, node, method, target, body=None, patience_s=CALL_S):
@@ -219,6 +235,16 @@ class Scene:
         except Call:
             return {"cluster": {"role": "", "term": 0}}
         return json.loads(text) if status == 200 else {"cluster": {"role": "", "term": 0}}
+
+    def reached(self, node):
+        """The servers, this one too, that it reaches, and from which robots are."""
+        up = {node, *(it["node"] for it in self.status(node)["cluster"].get("peers", ()) if it["up"])}
+        with self.lock:
+            return {it for it in up if self.servers[node].runs() and self.servers[it].runs()
+                    and (it == node or self._passes(node, it)) and self._passes(it, FLOOR)}
+
+    def _passes(self, one, other):
+        return self.network.passes(one, other) and self.network.passes(other, one)
 
     def leader(self):
         """Who says so, in the latest term; None."""
@@ -261,14 +287,13 @@ class Scene:
     def begin_robots(self, seed, history):
         servers = {kind: [f"{kind}:{self.network.address(it)}:{port}" for it in SERVERS]
                    for kind, port in (("udp", UDP), ("tcp", TCP))}
-        self.robot_names = {}
+        servers["pty"] = [str(self.folder / it / "radio.pty") for it in SERVERS]
         words = []
-        for number, (index, addresses) in enumerate([
-                (0, servers["udp"]), (0, servers["udp"][::-1]), (1, servers["tcp"]),
-                (1, servers["tcp"][::-1]), (0, servers["udp"][:1]), (0, servers["udp"][1:]),
-                (2, [str(self.folder / "a" / "radio.pty")]),
-                (2, [str(self.folder / "b" / "radio.pty")])], 1):
-            words.append(f"{index}:{number}:{','.join(addresses)}")
+        for number, (kind, nodes) in enumerate(ROBOTS, 1):
+            index = list(servers).index(kind)
+            addresses = ",".join(servers[kind][SERVERS.index(it)] for it in nodes)
+            self.robot_nodes[f"{index}:{number}"] = nodes
+            words.append(f"{index}:{number}:{addresses}")
         self.robots = subprocess.Popen(
             self.network.command(FLOOR, [sys.executable, pathlib.Path(__file__).parent / "robots.py",
                                          seed, history, *words]), stdin=subprocess.PIPE)
