@@ -341,20 +341,23 @@ def run_plant(options, folder):
     """Server a releases answers that the log does not have, and dies: whether that is found."""
     history = folder / "robots.jsonl"
     with Scene(options.bin_dir, options.tests_dir, folder, lies=True) as scene:
+        scene.servers["b"].kill(float("inf"))
+        await_that(lambda: scene.leader() == "a", "a leads")
+        scene.servers["b"].down_until = 0.0
+        await_that(lambda: scene.status("b")["cluster"]["role"] == "follows", "b follows")
+        history.touch()
         scene.begin_robots(options.seed, history)
-        scene.servers["b"].kill(time.monotonic() + 2.0)
-        await_that(lambda: scene.leader() == "a" and scene.status("b")["cluster"]["role"] == "follows",
-                   "a leads and b follows")
-        time.sleep(1.0)
-        scene.lie()
-        time.sleep(1.0)
+        await_that(lambda: len({robot for robot, _ in histories.answered_since(history, 0)})
+                   == len(scene.robot_nodes), "all robots are answered")
+        lied_at = scene.lie()
+        await_that(lambda: histories.answered_since(history, lied_at), "the lie is believed")
         scene.servers["a"].kill(float("inf"))
         await_that(lambda: scene.leader() == "b", "b leads")
-        time.sleep(1.0)
-        scene.end_robots(5.0)
-        scene.servers["b"].kill(float("inf"))
+        scene.end_robots(0)
+        scene.end_servers()
         journal = histories.Journal(options.tests_dir / "replayed_journal", folder / "b" / "state", ())
-    wrong = [it for it in histories.check_robots(histories.read(history), journal) if "is lost" in it]
+    lost = [it for it in histories.check_robots(histories.read(history), journal) if "is lost" in it]
+    wrong = [it for it in lost for _, body in histories.answered_since(history, lied_at) if body in it]
     print(f"planted: {len(wrong)} acknowledged changes are lost, as they should be; "
           + (wrong[0] if wrong else "none was found"))
     return [] if wrong else ["the planted fault was not found"]

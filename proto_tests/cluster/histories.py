@@ -197,6 +197,14 @@ def read(path):
         return [json.loads(line) for line in file]
 
 
+def answered_since(path, t):
+    """(robot, body) of the changes that were begun after t and are answered."""
+    with open(path, encoding="ascii") as file:
+        history = list(following(file))
+    begun = {(it["robot"], it["body"]) for it in history if it["what"] == "sent" and it["t"] > t}
+    return begun & {(it["robot"], it["body"]) for it in history if it["what"] == "answer"}
+
+
 def following(file):
     """What was added to one that is still written, in whole lines."""
     while (at := file.tell(), line := file.readline())[1]:

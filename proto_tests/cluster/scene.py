@@ -150,7 +150,7 @@ class Scene:
             self.relay = subprocess.Popen(self.network.command("a", [
                 sys.executable, pathlib.Path(__file__).parent / "lying_relay.py", "test",
                 *[f"{port}={member}" for port, member in zip(RELAY_PORTS, members)]]),
-                stdin=subprocess.PIPE)
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         for it in SERVERS + WITNESS:
             (self.folder / it).mkdir()
             client = f"http://{self.network.address(it)}:{ETCD_PORT}"
@@ -299,8 +299,11 @@ class Scene:
                                          seed, history, *words]), stdin=subprocess.PIPE)
 
     def lie(self):
+        """When it has begun."""
         self.relay.stdin.write(b"lie\n")
         self.relay.stdin.flush()
+        self.relay.stdout.readline()
+        return time.monotonic()
 
     def end_robots(self, patience_s):
         """Whether all were answered."""
