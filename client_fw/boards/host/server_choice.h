@@ -35,7 +35,7 @@ constexpr int64_t kQueryPatienceMs = 40;
 /// Both double each time the whole list has been tried in vain, so often.
 constexpr size_t kPatienceDoublings = 2;
 /// A change that waits longer, while queries are answered: this server cannot make it last.
-constexpr int64_t kChangePatienceMs = 3000;
+constexpr int64_t kChangePatienceMs = 1000;
 /// Between HELLOs that ask whether the new server is one of the same cluster.
 constexpr int64_t kInquiryMs = 1000;
 

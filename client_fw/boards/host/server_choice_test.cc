@@ -163,10 +163,10 @@ TEST_F(ServerChoiceTest, AServerThatAnswersOnlyQueriesIsLeftWithAChangeThatWaits
     Exchange(Sense(1), Sensed());
     now_ms_ += 100;
   }
-  EXPECT_EQ(begin_ms + 3100, now_ms_);  // at the first repetition after three seconds
+  EXPECT_EQ(begin_ms + 1100, now_ms_);  // at the first repetition after a second
   EXPECT_EQ(1u, choice_.server());
   Exchange(Trace(4), Traced(4));
-  for (uint8_t seq = 5; seq < 100; ++seq) {  // a new change has three seconds of its own
+  for (uint8_t seq = 5; seq < 100; ++seq) {  // a new change has a second of its own
     Exchange(Trace(seq), seq % 2 == 0 ? Traced(seq) : Refusal(seq, protocol::Reason::kMapFull));
     now_ms_ += 100;
     ASSERT_FALSE(choice_.Move(now_ms_));
@@ -175,7 +175,7 @@ TEST_F(ServerChoiceTest, AServerThatAnswersOnlyQueriesIsLeftWithAChangeThatWaits
 
 TEST_F(ServerChoiceTest, AServerThatAnswersTheLastRepetitionIsNotLeft) {
   const int64_t begin_ms = now_ms_;
-  for (; now_ms_ < begin_ms + 3000; now_ms_ += 100) {
+  for (; now_ms_ < begin_ms + 1000; now_ms_ += 100) {
     Exchange(Trace(4), Refusal(4, protocol::Reason::kBusy));
     ASSERT_FALSE(choice_.Move(now_ms_));
   }
@@ -189,7 +189,7 @@ TEST_F(ServerChoiceTest, AServerThatIsReadOnlyIsLeftToo) {
     Exchange(Trace(seq), Refusal(seq, protocol::Reason::kReadOnly));
     now_ms_ += 200;
   }
-  EXPECT_EQ(begin_ms + 3200, now_ms_);
+  EXPECT_EQ(begin_ms + 1200, now_ms_);
 
   Exchange(Trace(100), Refusal(100, protocol::Reason::kReadOnly));
   now_ms_ += 5000;
