@@ -230,6 +230,8 @@ class Run:
 
     def _halt(self, node, history):
         reached = self.scene.reached(node)
+        if not reached:
+            return
         self._feed(history)
         at = time.monotonic()
         self.halts.begin(at, {

@@ -238,9 +238,11 @@ class Scene:
 
     def reached(self, node):
         """The servers, this one too, that it reaches, and from which robots are."""
+        if not self.servers[node].runs():
+            return set()  # who is stopped would not even say so
         up = {node, *(it["node"] for it in self.status(node)["cluster"].get("peers", ()) if it["up"])}
         with self.lock:
-            return {it for it in up if self.servers[node].runs() and self.servers[it].runs()
+            return {it for it in up if self.servers[it].runs()
                     and (it == node or self._passes(node, it)) and self._passes(it, FLOOR)}
 
     def _passes(self, one, other):
