@@ -18,8 +18,7 @@ Bytes Ping() {  // after a pad byte, as a client resynchronises
   ping.opcode = protocol::kPing;
   ping.length = 1;
   ping.data[0] = 9;
-  uint8_t frame[protocol::kMaxFrame];
-  Bytes bytes(frame, frame + protocol::EncodeFrame(ping, frame, sizeof frame));
+  Bytes bytes = FrameOf(ping);
   bytes.insert(bytes.begin(), 0x00);
   return bytes;
 }
