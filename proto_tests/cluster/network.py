@@ -17,9 +17,15 @@ import time
 NET = "10.77"
 
 
-def can_make():
+def can_make(*others):
+    """`others`: options of unshare for other namespaces."""
     return os.geteuid() == 0 and shutil.which("ip") is not None and subprocess.run(
-        ["unshare", "-n", "true"], stderr=subprocess.DEVNULL).returncode == 0
+        ["unshare", "-n", *others, "true"], stderr=subprocess.DEVNULL).returncode == 0
+
+
+def address(number):
+    """Of the machine of this number, from 1 on."""
+    return f"{NET}.{number}.2"
 
 
 class Network:
@@ -36,7 +42,7 @@ class Network:
             raise
 
     def address(self, name):
-        return f"{NET}.{self.names.index(name) + 1}.2"
+        return address(self.names.index(name) + 1)
 
     def space(self, name):
         return f"{self.prefix}{name}"
