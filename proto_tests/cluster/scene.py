@@ -9,7 +9,6 @@ import contextlib
 import json
 import os
 import pathlib
-import shutil
 import signal
 import socket
 import struct
@@ -19,10 +18,9 @@ import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
-from asking_robot import check  # noqa: E402
-from cluster.machines import SECRET, Etcd  # noqa: E402
+from cluster.machines import cluster_table, etcd_command, prepare  # noqa: E402
 from cluster.network import Network  # noqa: E402
-from operated_daemon import await_that  # noqa: E402
+from operated_daemon import await_that, exchange  # noqa: E402
 from test_config import link, map_of, pheromone, pty, table  # noqa: E402
 
 SERVERS, WITNESS, FLOOR = "ab", "w", "f"
@@ -139,12 +137,10 @@ class Scene:
             raise
 
     def _make(self, bin_dir, lies):
-        program = shutil.which("etcd")
-        check(program, "no etcd on this machine: apt-get install etcd-server")
-        peers = ",".join(f"{it}=http://{self.network.address(it)}:{ETCD_PEERS}"
-                         for it in SERVERS + WITNESS)
+        clients, peers = ({it: f"http://{self.network.address(it)}:{port}" for it in SERVERS + WITNESS}
+                          for port in (ETCD_PORT, ETCD_PEERS))
         members = [f"{self.network.address(it)}:{ETCD_PORT}" for it in SERVERS + WITNESS]
-        self.engine = {it: [f"http://{member}" for member in members] for it in SERVERS}
+        self.engine = {it: list(clients.values()) for it in SERVERS}
         if lies:
             self.engine["a"] = [f"http://127.0.0.1:{port}" for port in RELAY_PORTS]
             self.relay = subprocess.Popen(self.network.command("a", [
@@ -153,20 +149,12 @@ class Scene:
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         for it in SERVERS + WITNESS:
             (self.folder / it).mkdir()
-            client = f"http://{self.network.address(it)}:{ETCD_PORT}"
-            peer = f"http://{self.network.address(it)}:{ETCD_PEERS}"
-            self.etcds[it] = Process(f"etcd {it}", self.network.command(it, [
-                program, "--name", it, "--data-dir", self.folder / it / "etcd",
-                "--listen-client-urls", client, "--advertise-client-urls", client,
-                "--listen-peer-urls", peer, "--initial-advertise-peer-urls", peer,
-                "--initial-cluster", peers, "--initial-cluster-state", "new", "--pre-vote",
-                "--heartbeat-interval", Etcd.HEARTBEAT_MS, "--election-timeout", Etcd.ELECTION_MS,
-                "--log-level", "error", "--logger", "zap"]), self.folder / it,
+            self.etcds[it] = Process(f"etcd {it}", self.network.command(
+                it, etcd_command(it, self.folder / it / "etcd", clients, peers)), self.folder / it,
                 self.folder / it / "etcd.log", {})
         for it in SERVERS:
             here = self.folder / it
-            (here / "secret").write_text(SECRET)
-            (here / "secret").chmod(0o600)
+            prepare(here)
             (here / "sick").mkdir()
             (here / "ahead").write_text("0")
             self.write_config(it, 60.0)
@@ -191,9 +179,8 @@ class Scene:
             + link("tcp", "tcp", listen=f"{self.network.address(node)}:{TCP}")
             + link("radio", "pty", path="radio.pty", medium_access=False)
             + table("journal", folder="state", segment_mib=1, snapshot_mib=4000, snapshot_s=86400.0)
-            + table("cluster", name="test", node=node, engine=self.engine[node],
-                    nodes={it: f"{self.network.address(it)}:{PEERS}" for it in SERVERS},
-                    secret_file="secret"))
+            + cluster_table(node, self.engine[node],
+                            {it: f"{self.network.address(it)}:{PEERS}" for it in SERVERS}))
 
     def begin(self, run):
         """In a thread, until `ending` is set."""
@@ -214,20 +201,16 @@ class Scene:
 
     def call(self, node, method, target, body=None, patience_s=CALL_S):
         """The status and the text; raises Call if there is none."""
-        content = b"" if body is None else json.dumps(body).encode()
         try:
             with socket.socket(socket.AF_UNIX) as connection:
                 connection.settimeout(patience_s)
                 connection.connect(str(self.folder / node / "pheromoned.sock"))
-                connection.sendall(f"{method} {target} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
-                                   f"Content-Length: {len(content)}\r\n\r\n".encode() + content)
-                answer = b"".join(iter(lambda: connection.recv(65536), b""))
+                status, text = exchange(connection, method, target, body)
         except OSError as error:
             raise Call(str(error)) from None
-        head, _, rest = answer.partition(b"\r\n\r\n")
-        if not head:
+        if status == 0:
             raise Call("hung up")
-        return int(head.split()[1]), rest.decode()
+        return status, text
 
     def status(self, node, with_hash=False):
         try:
