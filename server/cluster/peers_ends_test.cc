@@ -131,5 +131,16 @@ TEST_F(PeersEndsTest, StopMayBeCalledByACallbackAndIsTheLast) {
   EXPECT_EQ(calls, 1);
 }
 
+TEST_F(PeersEndsTest, WhatACallbackThrowsIsToldAndTheNodeIsDialedAgain) {
+  const auto b = Make("b");
+  const auto relay = MakeRelay("b");
+  const auto a = Make("a");
+  ASSERT_TRUE(RunUntil([&] { return a->IsUp("b") && b->IsUp("a"); }));
+  a->throws_at_down = 1;
+  relay->Cut();
+  ASSERT_TRUE(RunUntil([&] { return a->ups.size() == 2 && b->ups.size() == 2; }));
+  EXPECT_EQ(a->warnings, std::vector<std::string>{"internal error: planted"});
+}
+
 }  // namespace
 }  // namespace pheromone::cluster

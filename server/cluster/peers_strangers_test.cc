@@ -81,6 +81,27 @@ TEST_F(PeersStrangersTest, AStrangerWithoutTlsIsClosed) {
   EXPECT_TRUE(b->HasRefused("127.0.0.1:"));
 }
 
+TEST_F(PeersStrangersTest, StrangersAreToldInTheLogButNotEachOfThem) {
+  const auto b = Make("b");
+  const auto c = Make("c", [](PeersSettings* it) { it->times.quiet = 100ms; });
+  const auto come = [this](const std::string& to) {
+    tcp::socket stranger(io_);
+    stranger.connect(LocalPort(ports_[to]));
+    asio::write(stranger, asio::buffer(std::string_view("GET / HTTP/1.1\r\n\r\n")));
+  };
+  for (const uint64_t count : {1u, 2u, 3u}) {
+    come("b");
+    ASSERT_TRUE(RunUntil([&] { return b->peers->strangers().count == count; }));
+  }
+  ASSERT_EQ(b->warnings.size(), 1u);
+  EXPECT_EQ(b->warnings[0].find("a connection that is of no node was closed: 127.0.0.1:"), 0u);
+  EXPECT_NE(b->warnings[0].find(": no TLS handshake: "), std::string::npos);
+  ASSERT_TRUE(RunUntil([&] {
+    come("c");
+    return !c->warnings.empty() && c->warnings.back().ends_with(" more since the last warning");
+  }));
+}
+
 TEST_F(PeersStrangersTest, StrangersThatSayNothingAreLimitedAndInNobodysWay) {
   const auto b = Make("b");
   std::list<tcp::socket> strangers;

@@ -7,10 +7,12 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -38,7 +40,8 @@ constexpr PeerTimes kPatient{.open = std::chrono::seconds(600),
                              .silence = std::chrono::seconds(600),
                              .stuck = std::chrono::seconds(600),
                              .first_pause = std::chrono::milliseconds(10),
-                             .longest_pause = std::chrono::milliseconds(50)};
+                             .longest_pause = std::chrono::milliseconds(50),
+                             .quiet = std::chrono::seconds(600)};
 
 inline Greeting GreetingFrom(const std::string& node, uint64_t instance) {
   return {.versions = {.program = "0.1.0"},
@@ -59,6 +62,8 @@ struct TestedPeer {
   std::vector<std::pair<std::string, PeerMessage>> messages;
   std::vector<std::string> ups;
   std::vector<std::string> downs;  // NODE: WHY
+  std::vector<std::string> warnings;
+  size_t throws_at_down = 0;  // the first is 1
   std::unique_ptr<Peers> peers;
 
   bool IsUp(const std::string& node) const { return peers->IsUp(node); }
@@ -107,8 +112,14 @@ class PeersFixture : public ::testing::Test {
                   it->messages.emplace_back(from, std::move(message));
                 },
             .on_up = [it](const std::string& other, const Greeting&) { it->ups.push_back(other); },
-            .on_down = [it](const std::string& other,
-                            const std::string& why) { it->downs.push_back(other + ": " + why); }});
+            .on_down =
+                [it](const std::string& other, const std::string& why) {
+                  it->downs.push_back(other + ": " + why);
+                  if (it->downs.size() == it->throws_at_down) {
+                    throw std::runtime_error("planted");
+                  }
+                },
+            .on_warning = [it](const std::string& text) { it->warnings.push_back(text); }});
     const Status listens = daemon->peers->Listen();
     EXPECT_TRUE(listens.ok()) << listens.ErrorOr("");
     ports_[node] = daemon->peers->port();
