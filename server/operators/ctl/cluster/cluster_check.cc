@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -39,6 +40,7 @@ constexpr const char* kServiceConfig = "/etc/pheromone/pheromoned.toml";
 constexpr const char* kServerOfCluster = "server";
 constexpr const char* kPeersOfCluster = "peers";
 constexpr const char* kEtcdMembers = "etcd";
+constexpr const char* kClusterId = "cluster_id";
 
 // What a member of etcd says. Either may be missing.
 struct Member {
@@ -159,9 +161,11 @@ double SizeAt(const json::value& answer, std::string_view key) {
   return std::strtod(text.c_str(), nullptr);
 }
 
+// `cluster_id`: of most members; empty: nobody can say (ClusterOfMost).
 void CheckMember(const Member& member, const json::value& status, const Whose& whose,
                  const std::string& cluster_id, Findings* findings) {
   const json::value& header = At(status, "header");
+  const std::string own_id = TextAt(header, kClusterId);
   const bool leads = TextAt(header, "member_id") == TextAt(status, "leader");
   const double database = SizeAt(status, "dbSize");
   std::string errors;
@@ -170,8 +174,13 @@ void CheckMember(const Member& member, const json::value& status, const Whose& w
   }
   const std::string text = fmt::format("etcd {}, {}, database {}", TextAt(status, "version"),
                                        leads ? "leads" : "follows", Size(database));
-  if (TextAt(header, "cluster_id") != cluster_id) {
-    findings->Fault(kEtcdMembers, whose.text, "is of another cluster of etcd than the first member",
+  if (cluster_id.empty()) {
+    findings->Fault(kEtcdMembers, whose.text,
+                    "is of the cluster of etcd " + own_id + ", and no other has most members",
+                    "Compare /etc/default/etcd of all machines. Delete no data before it is known "
+                    "which members have the log.");
+  } else if (own_id != cluster_id) {
+    findings->Fault(kEtcdMembers, whose.text, "is of another cluster of etcd than most members",
                     "Stop it, delete its data folder, and give it the settings that pheromonectl "
                     "cluster setup made with those of the others.");
   } else if (errors.find("NOSPACE") != std::string::npos) {
@@ -201,26 +210,33 @@ void CheckMember(const Member& member, const json::value& status, const Whose& w
 }
 
 void CheckEtcd(const config::ClusterSettings& cluster, Findings* findings) {
-  std::string cluster_id;  // of the first that responds
-  for (const Member& member : AskMembers(cluster.engine)) {
+  const std::vector<Member> members = AskMembers(cluster.engine);
+  std::vector<json::value> statuses;
+  std::vector<std::string> cluster_ids;
+  for (const Member& member : members) {
+    std::error_code error;
+    json::value& status = statuses.emplace_back();
+    if (member.status.ok()) {
+      status = json::parse(member.status.value(), error);
+    }
+    if (status.is_object()) {
+      cluster_ids.push_back(TextAt(At(status, "header"), kClusterId));
+    }
+  }
+  const std::string cluster_id = ClusterOfMost(cluster_ids, members.size());
+  for (size_t i = 0; i < members.size(); ++i) {
+    const Member& member = members[i];
     const Whose whose = WhoseMember(member.endpoint, cluster);
     if (!member.status.ok()) {
       findings->Fault(kEtcdMembers, whose.text, "no answer: " + member.status.error(),
                       "Start it there (systemctl start etcd); firewalls must let 2379 pass between "
                       "the machines of the cluster.");
-      continue;
-    }
-    std::error_code error;
-    const json::value status = json::parse(member.status.value(), error);
-    if (error || !status.is_object()) {
+    } else if (!statuses[i].is_object()) {
       findings->Fault(kEtcdMembers, whose.text, "answers, but not as etcd does",
                       "Another program has this port; engine of [cluster] names the members.");
-      continue;
+    } else {
+      CheckMember(member, statuses[i], whose, cluster_id, findings);
     }
-    if (cluster_id.empty()) {
-      cluster_id = TextAt(At(status, "header"), "cluster_id");
-    }
-    CheckMember(member, status, whose, cluster_id, findings);
   }
 }
 
@@ -238,6 +254,16 @@ Result<config::ClusterSettings> ClusterSettingsOf(const ServerOptions& options, 
 }
 
 }  // namespace
+
+std::string ClusterOfMost(const std::vector<std::string>& cluster_ids, size_t members) {
+  for (const std::string& id : cluster_ids) {
+    const auto count = static_cast<size_t>(std::count(cluster_ids.begin(), cluster_ids.end(), id));
+    if (count > members / 2 || count == cluster_ids.size()) {
+      return id;
+    }
+  }
+  return "";
+}
 
 int CheckCluster(const ServerOptions& options, const std::string& config) {
   Findings findings;
