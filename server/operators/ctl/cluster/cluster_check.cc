@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <string_view>
 #include <system_error>
@@ -24,6 +23,7 @@
 #include "server/operators/ctl/doctor/findings.h"
 #include "server/operators/ctl/doctor/host_checks.h"
 #include "server/operators/ctl/json_read.h"
+#include "server/operators/ctl/server_socket.h"
 #include "server/operators/ctl/units.h"
 
 namespace pheromone::ctl {
@@ -36,7 +36,6 @@ constexpr std::chrono::seconds kMemberPatience{3};
 constexpr double kLargeDatabase = 1 << 30;  // half of what etcd holds at most, by default
 constexpr uint64_t kFarBehind = 10'000;     // events: seconds of a busy swarm
 
-constexpr const char* kServiceConfig = "/etc/pheromone/pheromoned.toml";
 constexpr const char* kServerOfCluster = "server";
 constexpr const char* kPeersOfCluster = "peers";
 constexpr const char* kEtcdMembers = "etcd";
@@ -253,6 +252,13 @@ Result<config::ClusterSettings> ClusterSettingsOf(const ServerOptions& options, 
   return *config.cluster;
 }
 
+// Of the service that was asked for; a socket that is of none is taken for that of the first one.
+std::string ConfigOfService(const ServerOptions& options) {
+  const Result<ServerSocket> socket = ChooseSocket(options.socket);
+  const std::string instance = socket.ok() ? InstanceOf(socket.value().path) : "";
+  return ServiceConfigOf(SocketOf(instance.empty() ? "pheromoned" : instance));
+}
+
 }  // namespace
 
 std::string ClusterOfMost(const std::vector<std::string>& cluster_ids, size_t members) {
@@ -279,9 +285,7 @@ int CheckCluster(const ServerOptions& options, const std::string& config) {
     CheckPeers(status.value(), &findings);
   }
   // A server that waits for its cluster does not answer yet, and wants to be helped most.
-  std::error_code ignored;
-  const bool is_service = !status.ok() && std::filesystem::exists(kServiceConfig, ignored);
-  const std::string file = config.empty() && is_service ? kServiceConfig : config;
+  const std::string file = config.empty() && !status.ok() ? ConfigOfService(options) : config;
   if (status.ok() || !file.empty()) {
     if (const Result<config::ClusterSettings> settings = ClusterSettingsOf(options, file);
         settings.ok()) {
