@@ -18,7 +18,6 @@ constexpr uint16_t kEtcdClientPort = 2379;
 constexpr uint16_t kEtcdPeerPort = 2380;
 constexpr uint16_t kServerPort = 8390;
 constexpr size_t kLeastMachines = 3;
-constexpr size_t kMostMachines = 9;  // of a configuration
 constexpr size_t kLeastServers = 2;
 
 std::string AddressText(const std::string& address, uint16_t port) {
@@ -300,7 +299,7 @@ Result<ClusterPlan> PlanCluster(const std::string& name, const std::vector<std::
     }
   }
   const size_t count = plan.machines.size();
-  if (count < kLeastMachines || count > kMostMachines || count % 2 == 0) {
+  if (count < kLeastMachines || count > config::ClusterSettings::kMaxMachines || count % 2 == 0) {
     return Error{fmt::format(
         "{} machines: expected 3, 5, 7 or 9, of which most have to run: one more than an odd "
         "number survives no further loss",
