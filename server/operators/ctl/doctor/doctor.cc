@@ -96,6 +96,7 @@ int Examine(const ServerOptions& options, const std::string& config_file) {
     findings.Ok(kServer, "socket " + socket, DescribeProcess(*place.server));
     CheckHealth(*views, &findings);
     place.journal = TextAt(views->config, "journal");
+    place.node = TextAt(At(views->status, "cluster"), "node");
   }
   if (!config_file.empty()) {
     place.config_file = config_file;
