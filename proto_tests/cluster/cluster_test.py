@@ -174,6 +174,8 @@ class ClusterTest(unittest.TestCase):
             return refused
         await_that(ask, "a change is refused")
         self.assertEqual(refused[0], 7)
+        for words in (("cluster", "status"), ("--json", "cluster", "status")):
+            self.assertEqual(self.ctl(self.leader, *words).returncode, 1, words)
         robot.sense(1, 5000, 5000, 0)
 
 
