@@ -218,8 +218,11 @@ void CheckEtcd(const config::ClusterSettings& cluster, Findings* findings) {
     if (member.status.ok()) {
       status = json::parse(member.status.value(), error);
     }
-    if (status.is_object()) {
-      cluster_ids.push_back(TextAt(At(status, "header"), kClusterId));
+    const std::string id = TextAt(At(status, "header"), kClusterId);
+    if (!id.empty()) {
+      cluster_ids.push_back(id);
+    } else {
+      status = nullptr;  // another program's
     }
   }
   const std::string cluster_id = ClusterOfMost(cluster_ids, members.size());
@@ -230,7 +233,7 @@ void CheckEtcd(const config::ClusterSettings& cluster, Findings* findings) {
       findings->Fault(kEtcdMembers, whose.text, "no answer: " + member.status.error(),
                       "Start it there (systemctl start etcd); firewalls must let 2379 pass between "
                       "the machines of the cluster.");
-    } else if (!statuses[i].is_object()) {
+    } else if (statuses[i].is_null()) {
       findings->Fault(kEtcdMembers, whose.text, "answers, but not as etcd does",
                       "Another program has this port; engine of [cluster] names the members.");
     } else {
