@@ -257,12 +257,18 @@ std::string Instructions(const ClusterPlan& plan, const ClusterMachine& machine)
         "     sudo systemctl restart --no-block etcd pheromoned\n\n"
         "5. Look whether all is well, when all machines have come so far.\n\n"
         "     sudo pheromonectl cluster check\n\n"
-        "This folder has the cluster's secret: delete it when all machines have theirs.\n";
+        "This folder has the cluster's secret: delete it when all machines have theirs.\n\n"
+        "In place of a machine that was lost, do not start yet: its etcd has to join as a new\n"
+        "member, and its server needs a copy of another server's journal. Backup and restore, in\n"
+        "/usr/share/doc/pheromone/CLUSTER.md, has the commands.\n";
   } else {
     text += fmt::format(
         "     sudo systemctl restart --no-block etcd\n\n"
-        "5. Look whether all is well, when all machines have come so far: on {},\n\n"
-        "     sudo pheromonectl cluster check\n",
+        "5. Look whether all is well, when all machines have come so far: on {0},\n\n"
+        "     sudo pheromonectl cluster check\n\n"
+        "In place of a witness that was lost, do not start yet: its etcd has to join as a new\n"
+        "member. Backup and restore, in /usr/share/doc/pheromone/CLUSTER.md on {0}, has the\n"
+        "commands.\n",
         others);
   }
   return text;
