@@ -76,7 +76,7 @@ class ClusterTest(unittest.TestCase):
         at_stopped.hello(7)
         stopped.process.send_signal(signal.SIGSTOP)
         robot.deposit(1, 5000, 5000, 8)
-        self.assertEqual(self.machines.role(self.follower), "leads")
+        await_that(lambda: self.machines.role(self.follower) == "leads", "the other one leads")
         stopped.process.send_signal(signal.SIGCONT)
         await_that(lambda: self.machines.role(self.leader) in ("", "follows"), "it notices")
         if self.machines.role(self.leader) == "":  # it had made a change that never happened
