@@ -95,11 +95,14 @@ class Machine:
             self.begin("etcd", [shutil.which("etcd")],
                        [line for line in settings if line and not line.startswith("#")])
         if "pheromoned" in units:
-            unit = (self.folder / "etc/systemd/system/pheromoned.service.d/cluster.conf").read_text()
-            program, *words = re.findall(r"^ExecStart=(.+)$", unit, re.M)[-1].split()
-            assert program == "/usr/sbin/pheromoned"
-            self.begin("pheromoned", [BIN / "pheromoned", *words],
-                       ["STATE_DIRECTORY=/var/lib/pheromone/pheromoned"])
+            self.start_server()
+
+    def start_server(self):
+        unit = (self.folder / "etc/systemd/system/pheromoned.service.d/cluster.conf").read_text()
+        program, *words = re.findall(r"^ExecStart=(.+)$", unit, re.M)[-1].split()
+        assert program == "/usr/sbin/pheromoned"
+        self.begin("pheromoned", [BIN / "pheromoned", *words],
+                   ["STATE_DIRECTORY=/var/lib/pheromone/pheromoned"])
 
     def begin(self, name, command, environment):
         with open(self.folder / f"{name}.log", "ab") as log:
@@ -110,6 +113,17 @@ class Machine:
     def ctl(self, *words):
         return run(*self.command(BIN / "pheromonectl", "--socket",
                                  self.folder / "run/pheromoned.sock", *words))
+
+    def member_call(self, what, body):
+        """What etcdctl asks of the member here."""
+        answer = self.space.run("curl", "-sS", "-d", json.dumps(body),
+                                f"http://127.0.0.1:2379/v3/cluster/member/{what}")
+        return json.loads(answer)
+
+    def end(self, name):
+        process = self.processes.pop(name)
+        process.terminate()
+        process.wait()
 
     def log(self, name):
         return (self.folder / f"{name}.log").read_text()
@@ -202,15 +216,18 @@ class PageTest(unittest.TestCase):
         shown = self.machines[node].ctl("--json", "cluster", "status")
         return json.loads(shown.stdout)["leader"] if shown.returncode == 0 else None
 
+    def begin(self):
+        for machine in self.machines.values():
+            machine.start()
+        for node in "ab":
+            await_that(lambda: self.findings(node)[1] == 0, f"{node} is well", 60)
+
     def test_the_page(self):
         found, status = self.findings("a")  # before anything runs
         self.assertEqual(status, 1)
         self.assertEqual([it["subject"] for it in found["findings"] if it["level"] == "fault"],
                          ["server", "etcd", "etcd", "etcd"])
-        for machine in self.machines.values():
-            machine.start()
-        for node in "ab":
-            await_that(lambda: self.findings(node)[1] == 0, f"{node} is well", 60)
+        self.begin()
         found, _ = self.findings("b")
         looked_at = [(it["subject"], it["looked_at"]) for it in found["findings"]]
         for expected in (("peers", "node a"), ("server", "node b of lab"), ("journal", "node b of lab"),
@@ -240,6 +257,32 @@ class PageTest(unittest.TestCase):
 
         self.machines[first].start()
         await_that(lambda: self.findings(first)[1] == 0, f"{first} is back", 60)
+
+    def test_a_machine_that_was_lost_is_replaced(self):
+        self.begin()
+        lost, other = self.machines["b"], self.machines["a"]
+        lost.die()
+        for data in ("var/lib/etcd/lab", "var/lib/pheromone/pheromoned/journal"):
+            shutil.rmtree(lost.folder / data)
+        await_that(lambda: self.leader("a") == "a", "the other one leads", 60)
+        laid = other.ctl("deposit", "path", "0.5", "0.5")
+        self.assertEqual(laid.returncode, 0, laid)
+
+        gone, = [it for it in other.member_call("list", {})["members"] if it.get("name") == "b"]
+        other.member_call("remove", {"ID": gone["ID"]})
+        await_that(lambda: "member" in other.member_call("add", {"peerURLs": gone["peerURLs"]}),
+                   "the others are connected for the five seconds that etcd asks for", 60)
+        settings = lost.folder / "etc/default/etcd"
+        settings.write_text(settings.read_text().replace("_STATE=new", "_STATE=existing"))
+        other.end("pheromoned")
+        journal = "var/lib/pheromone/pheromoned/journal"
+        shutil.copytree(other.folder / journal, lost.folder / journal)
+        other.start_server()
+        lost.start()
+        for node in "ab":
+            await_that(lambda: self.findings(node)[1] == 0, f"{node} is well", 60)
+        sensed = lost.ctl("--json", "sense", "path", "0.4", "0.5")
+        self.assertGreater(json.loads(sensed.stdout)["left"]["intensity"], 0, sensed)
 
 
 if __name__ == "__main__":

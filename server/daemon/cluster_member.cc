@@ -121,7 +121,8 @@ ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t l
               [this](const std::string& node, const std::string& why) {
                 spdlog::warn("cluster: the connection to {} ended: {}", node, why);
                 cluster_->OnDown(node);
-              }});
+              },
+          .on_warning = [](const std::string& text) { spdlog::warn("cluster: {}", text); }});
   replicated_ = std::make_unique<cluster::EtcdLog>(io_.get_executor(), EtcdSettingsOf(settings_));
 }
 
