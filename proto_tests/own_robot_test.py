@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""client_fw/attach/own_robot.cc: it stands until it may drive, follows the server's path, and obeys.
+
+    own_robot_test.py BIN_DIR
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from live_daemon import default_config  # noqa: E402
+from operated_daemon import OperatedDaemon, write_config  # noqa: E402
+from test_config import link  # noqa: E402
+
+BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+
+
+class OwnRobotTest(unittest.TestCase):
+    def test_it_follows_the_path_and_obeys(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        folder = pathlib.Path(temporary.name)
+        write_config(folder, default_config(BIN) + link("udp", "udp", listen="127.0.0.1:0"))
+        daemon = OperatedDaemon(BIN, folder)
+        self.addCleanup(daemon.kill)
+        robot = subprocess.Popen(["stdbuf", "-oL", BIN / "own_robot",
+                                  f"udp:127.0.0.1:{daemon.udp_port()}", "7"],
+                                 stdout=subprocess.PIPE, text=True)
+        self.addCleanup(robot.communicate)
+        self.addCleanup(robot.kill)
+
+        def place_mm():
+            return [int(it) for it in re.findall(r"-?\d+(?= )", robot.stdout.readline())[:2]]
+
+        def drives_to(x_mm):
+            while place_mm()[0] < x_mm:
+                pass
+        def resume():
+            done = subprocess.run([BIN / "pheromonectl", "command", "udp", "7", "resume"], cwd=folder,
+                                  text=True, capture_output=True, check=False)
+            self.assertEqual(done.returncode, 0, done)
+        self.assertEqual(place_mm(), [0, 0])
+        resume()
+        drives_to(600)
+        self.assertEqual(daemon.call("POST", "/api/v1/halt", {})[0], 200)
+        before, now = place_mm(), place_mm()
+        while now != before:
+            before, now = now, place_mm()
+        resume()
+        drives_to(now[0] + 200)
+
+    def test_what_is_no_address_is_told(self):
+        done = subprocess.run([BIN / "own_robot", "udp:nowhere"], text=True, capture_output=True,
+                              check=False)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("own_robot: ", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
