@@ -17,7 +17,7 @@ TRAIL = 1  # the pheromone's number
 
 
 async def walk(line: str, number: int, steps: int) -> None:
-    async with AsyncClient(open_line(line), number) as robot:
+    async with AsyncClient(open_line(line), number, timeout=2) as robot:
         told = await robot.hello(nonce=secrets.randbelow(1 << 16))
         mm = 100 / told.pose_unit_10um
         x, y, heading = 5000.0, 5000.0, random.uniform(0, 2 * math.pi)

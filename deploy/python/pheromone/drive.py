@@ -27,6 +27,7 @@ from .robot import Client, Line, NoAnswer, Refused
 
 HALT, RESUME, SPEED, FOLLOW = 1, 2, 3, 5  # codes of COMMAND
 TRAIL_LOST, POSE_LOST = 5, 11  # codes of EVENT
+SAY_HELLO, NOT_PERMITTED = 6, 10  # reasons of ERROR and of ACK
 UNIT = 4096  # of intensities
 PERIOD_S = 0.2
 PATIENCE_S = 0.1  # with the period, twice and an exchange more: below the 500 ms of the fail-safe
@@ -41,8 +42,9 @@ class Drive(Protocol):
         if that is not known."""
 
     def wheels(self, left_mm_s: float, right_mm_s: float) -> None:
-        """Sets the wheels' speeds; 0, 0 stops it. They hold until the next call: a drive that keeps
-        its last speed by itself should stop when none has come for 500 ms."""
+        """Sets the wheels' speeds; 0, 0 stops it. They hold until the next call. A robot should stop
+        by itself when none has come for 500 ms: this program may end, and with several servers by
+        TCP it may wait longer than that for connections."""
 
 
 def differential(left: int, right: int, speed_mm_s: float) -> tuple[float, float]:
@@ -85,7 +87,7 @@ class Follower:
         except NoAnswer:
             pass
         except Refused as refused:
-            if refused.reason == wire.SAY_HELLO:
+            if refused.reason == SAY_HELLO:
                 self._unit_m = None
         self.drive.wheels(*(speeds if self.released else (0, 0)))
 
@@ -124,5 +126,5 @@ class Follower:
         elif code == FOLLOW and 1 <= fields["type_to_follow"] <= 15:
             self.pheromone = fields["type_to_follow"]
         else:
-            return wire.BAD_VALUE if code in (SPEED, FOLLOW) else wire.NOT_PERMITTED
+            return wire.BAD_VALUE if code in (SPEED, FOLLOW) else NOT_PERMITTED
         return 0

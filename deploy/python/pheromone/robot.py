@@ -324,12 +324,13 @@ class Client:
     def resynchronise(self) -> list[bytes]:
         """Sends a PING with a new payload and waits for its echo; returns what came before it."""
         self._in_step = False
+        heard: list[bytes]
         for _ in range(self.tries):
             self._ping_count += 1
             payload = self._ping_tag + self._ping_count.to_bytes(8, "little")
             echo = build("PING_ANSWER", self.client_id, payload=payload)
             self._send(build("PING", self.client_id, payload=payload))
-            heard: list[bytes] = []
+            heard = []
             deadline = time.monotonic() + self.timeout
             while (body := self.line.receive(deadline)) is not None:
                 if body == echo:

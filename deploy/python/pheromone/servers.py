@@ -28,6 +28,14 @@ def connect(address: str) -> int:
         return opened.detach()
 
 
+def open_line(path: str, baud: int | None = None) -> Line:
+    """A terminal, such as radio-a.pty, or HOST:PORT for TCP, or udp:HOST:PORT; with commas between
+    several servers. The path of a terminal has a slash, or no colon."""
+    if "/" in path or ":" not in path:
+        return open_terminal(path, baud)
+    return Servers(path.split(","))
+
+
 class Servers(Line):
     """Speaks to the first of `addresses` that is there, and stays with the one that answers. To
     go on after 150 ms, a Client wants a timeout of half of that: a request, and a PING."""
@@ -72,11 +80,3 @@ class Servers(Line):
                 self.go_on()
             if time.monotonic() > deadline:
                 return None
-
-
-def open_line(path: str, baud: int | None = None) -> Line:
-    """A terminal, such as radio-a.pty, or HOST:PORT for TCP, or udp:HOST:PORT; with commas between
-    several servers. The path of a terminal has a slash, or no colon."""
-    if "/" in path or ":" not in path:
-        return open_terminal(path, baud)
-    return Servers(path.split(","))

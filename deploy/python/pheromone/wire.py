@@ -239,7 +239,7 @@ REASONS = {
     **dict(enumerate(_REASONS.split(", "), start=1)),
     **dict(enumerate(_TAG_REASONS.split(", "), start=16)),
 }
-UNKNOWN_OPCODE, BAD_LENGTH, SAY_HELLO, BUSY, NOT_PERMITTED, BAD_VALUE = 1, 2, 6, 7, 10, 11
+UNKNOWN_OPCODE, BAD_LENGTH, BUSY, BAD_VALUE = 1, 2, 7, 11
 
 MOST_TAG_ROWS = 7
 MOST_TEXT = {"SYMBOL": 56, "RESOLVE_ANSWER": 50}
