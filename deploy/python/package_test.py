@@ -12,7 +12,7 @@ import json
 import math
 import os
 import pathlib
-import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -34,6 +34,7 @@ from pheromone import aio, arrays, drive, wire  # noqa: E402
 from pheromone.recordings import Entry, Recording  # noqa: E402
 from pheromone.robot import Client, Line  # noqa: E402
 from pheromone.servers import open_line  # noqa: E402
+from test_config import table  # noqa: E402
 
 BIN = pathlib.Path()
 CORPUS = ROOT / "proto_tests/replay"
@@ -352,11 +353,15 @@ class AsyncTest(unittest.IsolatedAsyncioTestCase):
 
 
 class ArraysTest(unittest.TestCase):
-    NETS = ROOT / "deploy/examples/nets"
+    NET = table("[net]", name="bench", file="nets/pheromone.toml", robot_file="nets/robot.toml",
+                parameters={"robots": 2}) + "".join(
+        table("[tag]", name=name, x_m=1, y_m=1)
+        for name in "N1 N2 N3 N4 N5 N6 S1 S2 S3 S4 P Src".split())
 
     @classmethod
     def setUpClass(cls):
-        serve_class(cls, BIN, ROOM + UDP + WEB)
+        serve_class(cls, BIN, ROOM + UDP + WEB + cls.NET, lambda folder: shutil.copytree(
+            ROOT / "deploy/examples/nets", folder / "nets"))
         cls.server = pheromone.Server(str(cls.folder / "pheromoned.sock"))
 
     def test_views_are_arrays(self):
@@ -370,11 +375,14 @@ class ArraysTest(unittest.TestCase):
         self.assertEqual([it[:2] for it in robots.tolist()], [("udp", 7), ("udp", 8)])
         self.assertEqual((robots["x_m"][0], robots["y_m"][0], robots["heading_deg"][0]), (1.5, 0.5, 90))
         self.assertTrue(math.isnan(robots["x_m"][1]))
-        self.assertEqual(self.server.tags_as_array()[["name", "x_m", "used"]].tolist(), [("door", 1.0, 0)])
-        self.assertEqual(len(self.server.nets_as_array()), 0)
+        tags = self.server.tags_as_array()
+        self.assertEqual(len(tags), 13)
+        self.assertEqual(tags[tags["name"] == "door"][["x_m", "y_m", "used"]].tolist(), [(1.0, 1.0, 0)])
+        (net,) = self.server.nets_as_array()
+        self.assertEqual((net["name"], net["robots"], net["a"]), ("bench", 0, 0))
         with without_numpy():
             self.assertEqual(self.server.robots_as_array()[0].x_m, 1.5)
-            self.assertEqual(self.server.tags_as_array()[0].name, "door")
+            self.assertEqual(self.server.nets_as_array()[0].name, "bench")
 
 
 class ExamplesTest(unittest.TestCase):
