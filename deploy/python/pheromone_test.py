@@ -17,7 +17,6 @@ import struct
 import subprocess
 import sys
 import threading
-import tempfile
 import unittest
 
 sys.dont_write_bytecode = True
