@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Runs the commands of README.md, of the first steps (deploy/examples/README.md) and of the manual
-pages' EXAMPLES, literally and in order, each page in a shell and a folder of its own.
+"""Runs the commands of README.md, of the first steps (deploy/examples/README.md), of the Python
+package's page (deploy/python/README.md) and of the manual pages' EXAMPLES, literally and in order, each page in a shell and a folder of its own.
 
     commands_test.py BIN_DIR [UNITTEST ARGUMENT...]
 
@@ -36,6 +36,7 @@ LASTING = re.compile(r"pheromoned --config \S+$"
                      r"|pheromone-swarm live (?!.*--seconds)"
                      r"|pheromone-swarm pioneer "
                      r"|pheromone-robot "
+                     r"|/usr/sbin/mosquitto |python3 \S+/mqtt\.py "
                      r"|pheromone-experiments trails .*--daemon ")
 # What is run elsewhere, and where: a line of that file.
 ELSEWHERE = {
@@ -195,6 +196,22 @@ class ReadmeTest(Page):
 
     def test_first_steps(self):
         self.follow(blocks_of((EXAMPLES / "README.md").read_text(encoding="utf-8")))
+
+
+class PythonTest(Page):
+    def test_python(self):
+        """With the system's own Python: it is the one that packages.test is for."""
+        (self.folder / "deploy").unlink()
+        shutil.copytree(ROOT / "deploy/python", self.folder / "deploy/python",  # pip builds in it
+                        ignore=shutil.ignore_patterns("__pycache__", "build", "*.egg-info"))
+        self.environment["PATH"] = "/usr/bin:" + self.environment["PATH"]
+        self.follow(blocks_of((ROOT / "deploy/python/README.md").read_text(encoding="utf-8")),
+                    statuses=(0, -signal.SIGINT))
+        module = self.run_it("cd / && python3 -c 'import pheromone; print(pheromone.__file__)'")
+        installed = pathlib.Path(module.strip()).parent
+        self.assertEqual(installed.parents[4], self.folder / "build")
+        self.assertTrue((installed / "py.typed").is_file())
+        self.assertTrue((self.folder / "map.png").read_bytes().startswith(b"\x89PNG"))
 
 
 class ManualTest(Page):

@@ -55,10 +55,13 @@ install_packages() {
     complain "apt-get could not install the packages above"
     return 1
   fi
-  # Tests start members of their own.
-  if [[ " ${missing[*]} " == *" etcd-server "* && -d /run/systemd/system ]]; then
-    "${as_root[@]}" systemctl --quiet disable --now etcd
-  fi
+  # Tests start their own.
+  local service
+  for service in etcd-server:etcd mosquitto:mosquitto; do
+    if [[ " ${missing[*]} " == *" ${service%:*} "* && -d /run/systemd/system ]]; then
+      "${as_root[@]}" systemctl --quiet disable --now "${service#*:}"
+    fi
+  done
 }
 
 # configure PRESET [ARGUMENT...]: cheap when nothing has changed, and quiet unless it fails.

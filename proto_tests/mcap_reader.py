@@ -11,7 +11,7 @@ from collections import Counter, namedtuple
 
 MAGIC = b"\x89MCAP0\r\n"
 Message = namedtuple("Message", "topic time_ns data")
-File = namedtuple("File", "messages schemas encodings chunks")
+File = namedtuple("File", "messages schemas encodings chunks profile")
 
 
 def check(holds, otherwise):
@@ -90,6 +90,7 @@ def read_mcap(path):
 
     ended = False
     current = None
+    profile = None
     for at, opcode, content in records(data, len(MAGIC), summary):
         fields = Fields(content)
         check(not ended, "records after the end of data")
@@ -107,6 +108,7 @@ def read_mcap(path):
             ended = True
         else:
             check((opcode, at) == (1, len(MAGIC)), f"record {opcode} in the data")
+            profile = fields.text()
     check(ended, "no end of data")
 
     again_schemas, again_channels, listed, groups = {}, {}, {}, {}
@@ -140,4 +142,5 @@ def read_mcap(path):
     check(found == groups, "the summary's offsets")
     by_topic = {topic: (schemas[schema] if schema else ("", "", b""))
                 for schema, topic, _, _ in channels.values()}
-    return File(messages, by_topic, {it[1]: it[2] for it in channels.values()}, len(chunks))
+    return File(messages, by_topic, {it[1]: it[2] for it in channels.values()}, len(chunks),
+                profile)

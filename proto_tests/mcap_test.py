@@ -16,6 +16,7 @@ import tempfile
 from collections import Counter
 
 from asking_robot import check
+from cdr_reader import read_cdr
 from mcap_reader import read_mcap
 from operated_daemon import ROOM, OperatedDaemon
 from stranger.client import Client, open_terminal
@@ -28,6 +29,10 @@ SCHEMAS = {"/robots": "foxglove.SceneUpdate", "/trails": "foxglove.SceneUpdate",
            "/goals": "foxglove.SceneUpdate", "/tags": "foxglove.SceneUpdate",
            "/tf": "foxglove.FrameTransforms", "/obstacles": "foxglove.Grid",
            "/pheromone/path": "foxglove.Grid", "/clients": ""}
+BAG = {"/pheromone/path": ("nav_msgs/msg/OccupancyGrid", "ros2msg"),
+       "/obstacles": ("nav_msgs/msg/OccupancyGrid", "ros2msg"),
+       "/robots/radio_a/robot_7/pose": ("geometry_msgs/msg/PoseStamped", "ros2msg"),
+       "/tf": ("tf2_msgs/msg/TFMessage", "ros2msg")}
 
 
 def export(bin_dir, out, *captures, status=0, options=()):
@@ -89,8 +94,56 @@ def record(bin_dir, folder):
         daemon.stop()
 
 
+def read_message(file, message):
+    name, _, definition = file.schemas[message.topic]
+    return read_cdr(name, definition.decode(), message.data)
+
+
+def check_bag(bin_dir, folder, capture, field, clients):
+    """The same recording for ROS 2, as an independent reader of CDR finds it."""
+    out = folder / "lab-ros2.mcap"
+    export(bin_dir, out, capture, options=("--ros2",))
+    file = read_mcap(out)
+    check(file.profile == "ros2", f"the profile is {file.profile}")
+    check({topic: schema[:2] for topic, schema in file.schemas.items()} == BAG, file.schemas)
+    check(set(file.encodings.values()) == {"cdr"}, file.encodings)
+    last = {}
+    for it in file.messages:
+        last[it.topic] = message = read_message(file, it)
+        for header in [of["header"] for of in message.get("transforms", [message])]:
+            check((header["stamp"]["sec"], header["stamp"]["nanosec"], header["frame_id"])
+                  == (*divmod(it.time_ns, 10 ** 9), "map"), f"{it.topic} {header}")
+    pose = clients[0]["pose"]
+    yaw = math.radians(pose["heading_deg"])
+    turned = {"x": 0, "y": 0, "z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}
+    found = last["/robots/radio_a/robot_7/pose"]["pose"]
+    check(found["position"] == {"x": pose["x_m"], "y": pose["y_m"], "z": 0}, found)
+    check(all(abs(found["orientation"][key] - value) < 1e-9 for key, value in turned.items()), found)
+    (robot,) = last["/tf"]["transforms"]
+    check(robot["child_frame_id"] == "robot/radio-a/7", robot)
+    check(robot["transform"] == {"translation": found["position"], "rotation": found["orientation"]}, robot)
+    # 98 is the maximum, and a cell shows what is within half a step of Foxglove's 254 as well.
+    grid, walls = last["/pheromone/path"], last["/obstacles"]
+    rows = [level for row in reversed(field["values"]) for level in row]
+    for of in (grid, walls):
+        check((of["info"]["width"], of["info"]["height"]) == (field["columns"], field["rows"]), of["info"])
+        check(abs(of["info"]["resolution"] - field["cell_m"]) < 1e-7, of["info"])
+        check([of["info"]["origin"]["position"][key] for key in "xy"] == field["origin_m"], of["info"])
+        check(of["info"]["origin"]["orientation"] == {"x": 0, "y": 0, "z": 0, "w": 1}, of["info"])
+    check(walls["data"] == [100 if level is None else 0 for level in rows], "the walls")
+    for cell, level in zip(grid["data"], rows):
+        if not level:
+            check(cell == (-1 if level is None else 0), f"{cell} for {level}")
+        else:
+            check(cell >= 1 and abs(cell - 98 * level / field["maximum"]) <= 0.5 + 98 / 254 / 2,
+                  f"{cell} for {level}")
+    check(len(set(grid["data"])) == 4, "nothing, a wall, what was painted and what was deposited")
+    return out
+
+
 def check_export(bin_dir, folder):
     capture, field, clients = record(bin_dir, folder)
+    bag = check_bag(bin_dir, folder, capture, field, clients)
     out = folder / "lab.mcap"
     export(bin_dir, out, capture)
     file = read_mcap(out)
@@ -111,7 +164,7 @@ def check_export(bin_dir, folder):
     check(protobuf(grid[8])[1] == b"254 = 0.5 units", f"the scale is told as {protobuf(grid[8])}")
     check(grid[9] == expected, f"the grid is not the map:\n{grid[9].hex()}\n{expected.hex()}")
     check(Counter(expected)[127] == 11 and Counter(expected)[254] == 1, "the map is as painted")
-    return out
+    return [out, bag]
 
 
 def check_library(folder, *files):
@@ -129,20 +182,26 @@ def check_library(folder, *files):
         check(found["streamed"] == found["indexed"] == counts, f"{path}: {found} is not {counts}")
         check(found["statistics"] == len(ours.messages), path)
         check(found["schemas"] == {topic: it[0] for topic, it in ours.schemas.items()}, found)
-    print(f"read with @mcap/core: {len(files)} files")
+        check(found["decoded"] == {it.topic: read_message(ours, it) for it in ours.messages
+                                   if ours.schemas[it.topic][1] == "ros2msg"}, found["decoded"])
+    print(f"read with @mcap/core and @foxglove/rosmsg2-serialization: {len(files)} files")
 
 
 def main():
     bin_dir = pathlib.Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as place:
         folder = pathlib.Path(place)
-        files = [check_export(bin_dir, folder)]
+        files = check_export(bin_dir, folder)
         # Recordings with all that there is; several make one file.
         corpus = sorted((HERE / "replay").glob("*.pcapng"))
         for capture in corpus:
             files.append(folder / (capture.stem + ".mcap"))
             export(bin_dir, files[-1], capture)
             read_mcap(files[-1])
+            bag = folder / (capture.stem + "-ros2.mcap")
+            export(bin_dir, bag, capture, options=("--ros2",))
+            for message in (read := read_mcap(bag)).messages:
+                read_message(read, message)
         # The last grid is how a recording ended, however seldom grids are.
         last = {}
         for rate in ("0.01", "10"):

@@ -18,6 +18,7 @@ from live_daemon import DEADLINE_S, Daemon, check, wait_until
 HERE = pathlib.Path(__file__).resolve().parent
 SCENARIO = HERE.parent / "client_fw/swarm/examples/live.toml"
 CAPTURE = HERE / "replay/traffic.pcapng"
+PYTHON = HERE.parent / "deploy/python"
 LOCKS = pathlib.Path("/proc/locks")
 
 
@@ -30,7 +31,7 @@ def programs(bin_dir, port):
             ("pheromone-robot", (robot, "--robot", "nowhere", "--modem", port, *pose)),
             ("pheromone-robot", (robot, "--robot", port, "--modem", "nowhere", *pose)),
             ("pheromonectl", (bin_dir / "pheromonectl", "replay", CAPTURE, "--to", port)),
-            ("stranger", (sys.executable, "-B", HERE / "stranger", port, "hello")))
+            ("pheromone", ("env", f"PYTHONPATH={PYTHON}", sys.executable, "-B", "-m", "pheromone", port, "hello")))
 
 
 def holders():

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The Python client against a real server; and its WebSocket against one made of the frames of
-RFC 6455, for what a good server does not send.
+"""The Python package against a real server; and its WebSocket against one made of the frames of
+RFC 6455, for what a good server does not send. README.md's commands are run by ../commands_test.py.
 
     pheromone_test.py BIN_DIR
 """
@@ -68,7 +68,7 @@ class ServerTest(WithServer):
         self.server.deposit("path", 3, 2, quanta=2)
         sensed = self.server.sense("path", 1.5, 1.05, heading_deg=0)
         self.assertEqual([it * 4096 for it in sensed], list(self.robot.sense(1, 1500, 1050, 0)))
-        for numpy in (pheromone.numpy, None):
+        for numpy in (pheromone.arrays.numpy, None):
             with self.subTest(numpy=numpy), self.without(numpy):
                 found = self.server.map_as_array("path", nodes_per_cell=1)
                 self.assertEqual((found.rows, found.columns), (31, 41))
@@ -115,12 +115,12 @@ class ServerTest(WithServer):
 
     @contextlib.contextmanager
     def without(self, numpy):
-        self.assertIsNotNone(pheromone.numpy)  # both ways are to be tried
-        before, pheromone.numpy = pheromone.numpy, numpy
+        self.assertIsNotNone(pheromone.arrays.numpy)  # both ways are to be tried
+        before, pheromone.arrays.numpy = pheromone.arrays.numpy, numpy
         try:
             yield
         finally:
-            pheromone.numpy = before
+            pheromone.arrays.numpy = before
 
     def test_a_camera_tells_where_robots_are(self):
         self.tracked.sense(1, 500, 500, 0)

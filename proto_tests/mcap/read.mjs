@@ -1,7 +1,10 @@
 // Reads an MCAP file with Foxglove's own library, with all checksums checked, from the beginning to
 // the end and by its index, and prints what both found, as JSON: read.mjs FILE
+// Of messages of ROS 2, the last of each topic.
 import { open, readFile } from "node:fs/promises";
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
+import { parse } from "@foxglove/rosmsg";
+import { MessageReader } from "@foxglove/rosmsg2-serialization";
 
 const bytes = await readFile(process.argv[2]);
 const streamed = {};
@@ -33,16 +36,28 @@ const reader = await McapIndexedReader.Initialize({
 });
 const indexed = {};
 const schemas = {};
+const readers = new Map();
+const decoded = {};
 let last = 0n;
 for await (const message of reader.readMessages({ validateCrcs: true })) {
   const channel = reader.channelsById.get(message.channelId);
   indexed[channel.topic] = (indexed[channel.topic] ?? 0) + 1;
-  schemas[channel.topic] = reader.schemasById.get(channel.schemaId)?.name ?? "";
+  const schema = reader.schemasById.get(channel.schemaId);
+  schemas[channel.topic] = schema?.name ?? "";
+  if (schema?.encoding === "ros2msg") {
+    if (!readers.has(schema.id)) {
+      const definition = new TextDecoder().decode(schema.data);
+      readers.set(schema.id, new MessageReader(parse(definition, { ros2: true })));
+    }
+    decoded[channel.topic] = readers.get(schema.id).readMessage(message.data);
+  }
   if (message.logTime < last) {
     throw new Error("messages are not in the order of their times");
   }
   last = message.logTime;
 }
 await file.close();
-console.log(JSON.stringify({ streamed, indexed, schemas,
-                             statistics: Number(reader.statistics.messageCount) }));
+// Arrays of numbers are typed arrays, which JSON writes as objects.
+const plain = (_, value) => (ArrayBuffer.isView(value) ? Array.from(value) : value);
+console.log(JSON.stringify({ streamed, indexed, schemas, decoded,
+                             statistics: Number(reader.statistics.messageCount) }, plain));

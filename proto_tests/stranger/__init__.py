@@ -1,19 +1,20 @@
-"""A client of the pheromone protocol, version 1, by somebody who has read the specification only.
+"""The Python client of the pheromone protocol, deploy/python/pheromone, as a judge of servers.
 
-Nothing here comes from the server's source: protocol/README.md and the vectors are all that was
-used. "Section n" is a section of that page. Python 3.11, standard library only.
+Nothing in its modules wire, robot and servers comes from the server's source: protocol/README.md and
+the vectors are all that was used. "Section n" is a section of that page. Tests name them:
 
-    from stranger.client import Client, open_terminal
-
-    with open_terminal("radio-a.pty") as line:
-        robot = Client(line, client_id=7)
-        server = robot.hello(nonce=42)
-        robot.deposit(pheromone=1, x=1000, y=600)
-        print(robot.sense(pheromone=1, x=1000, y=500, heading=0))
-
-wire      frames and messages: bytes to fields and back (sections 1, 2, 4 and 6)
-client    a robot's conversation with the server (sections 3, 7 and 8)
-servers   its line to one of several servers by TCP or UDP (section 8)
-__main__  the same as a program; --self-test holds it against protocol/vectors
-testing   what proto_tests/stranger_test.py asks of a real server, and a model of the field
+stranger.wire      frames and messages
+stranger.client    a robot's conversation with the server: pheromone.robot
+stranger.servers   its line to one of several servers
+stranger.testing   what proto_tests/stranger_test.py asks of a real server, and a model of the field
 """
+
+import sys
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "deploy/python"))
+from pheromone import robot as client  # noqa: E402
+from pheromone import servers, wire  # noqa: E402
+
+sys.modules.update({f"{__name__}.client": client, f"{__name__}.servers": servers,
+                    f"{__name__}.wire": wire})

@@ -15,7 +15,7 @@ from .daemon import Daemon
 from .report import PATIENCE_S, check_equal, log
 from .robot import Robot
 
-PROGRAM = Path(__file__).resolve().parents[1]
+PYTHON = Path(__file__).resolve().parents[3] / "deploy/python"
 
 
 def check_reopening(daemon: Daemon, link: str) -> None:
@@ -51,14 +51,15 @@ def check_deaf_client(daemon: Daemon, link: str, other: Robot) -> None:
 
 
 def check_program(daemon: Daemon, link: str) -> None:
-    """python3 proto_tests/stranger."""
+    """python3 -m pheromone."""
 
     def run(*words: str) -> str:
-        command = (sys.executable, "-B", str(PROGRAM), "--id", "9", str(daemon.path(link)))
+        command = (sys.executable, "-B", "-m", "pheromone", "--id", "9", str(daemon.path(link)))
         done = subprocess.run(
-            (*command, *words), capture_output=True, text=True, timeout=PATIENCE_S, check=False
+            (*command, *words), cwd=PYTHON, capture_output=True, text=True, timeout=PATIENCE_S,
+            check=False
         )
-        assert done.returncode == 0, f"stranger {words}: {done.stderr}"
+        assert done.returncode == 0, f"pheromone {words}: {done.stderr}"
         return done.stdout
 
     assert "protocol_version 1\n" in run("hello"), "hello"

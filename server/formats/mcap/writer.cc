@@ -58,10 +58,11 @@ uint32_t Crc(uint32_t crc, std::string_view bytes) {
 
 }  // namespace
 
-Writer::Writer(Sink sink, const std::string& library, size_t chunk_bytes)
+Writer::Writer(Sink sink, const std::string& library, const std::string& profile,
+               size_t chunk_bytes)
     : sink_(std::move(sink)), chunk_bytes_(chunk_bytes) {
   std::string header;
-  AppendString(&header, "");  // no profile
+  AppendString(&header, profile);
   AppendString(&header, library);
   Put(kMagic);
   Put(Record(kHeader, header));

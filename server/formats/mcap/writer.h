@@ -1,5 +1,6 @@
-// Writes MCAP files, the recordings that Foxglove, Lichtblick and their libraries read: in chunks,
-// with an index, and with a CRC-32 over each part. Format: https://mcap.dev/spec, version 0.
+// Writes MCAP files, the recordings that Foxglove, Lichtblick, ROS 2 and their libraries read: in
+// chunks, with an index, and with a CRC-32 over each part. Format: https://mcap.dev/spec, version
+// 0.
 //
 //   Writer writer([&](std::string_view bytes) { return file.Write(bytes); });
 //   const uint16_t robots = writer.AddChannel({.topic = "/robots", ...});
@@ -27,11 +28,11 @@
 namespace pheromone::mcap {
 
 struct Channel {
-  std::string topic;
-  std::string encoding;         ///< of messages: "protobuf", "json"
-  std::string schema_name;      ///< empty: there is no schema
-  std::string schema_encoding;  ///< "protobuf", "jsonschema"
-  std::string schema;           ///< in bytes
+  std::string topic = {};
+  std::string encoding = {};         ///< of messages: "protobuf", "json", "cdr"
+  std::string schema_name = {};      ///< empty: there is no schema
+  std::string schema_encoding = {};  ///< "protobuf", "ros2msg"
+  std::string schema = {};           ///< in bytes
 };
 
 class Writer {
@@ -40,8 +41,10 @@ class Writer {
   using Sink = std::function<Status(std::string_view)>;
   static constexpr size_t kChunkBytes = size_t{1} << 20;
 
-  /// `library` names the program. A chunk ends with the message that makes it `chunk_bytes` long.
-  explicit Writer(Sink sink, const std::string& library, size_t chunk_bytes = kChunkBytes);
+  /// `library` names the program; `profile` is "ros2" of a bag, else empty. A chunk ends with the
+  /// message that makes it `chunk_bytes` long.
+  explicit Writer(Sink sink, const std::string& library, const std::string& profile = "",
+                  size_t chunk_bytes = kChunkBytes);
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 

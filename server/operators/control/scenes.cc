@@ -235,7 +235,7 @@ std::optional<std::string> TagScenes::Changes(const std::vector<control::TagView
   return ToText(json::object{{"version", version_}, {"changed", std::move(changed)}});
 }
 
-std::string ObstacleGrid(const field::FieldConfig& config, uint64_t unix_ns) {
+ObstacleRaster ObstaclesOf(const field::FieldConfig& config) {
   const field::MapGeometry& map = config.map;
   const int32_t most = std::max(map.columns(), map.rows());
   const int32_t nodes = (most + PheromoneRaster::kMaxSide - 1) / PheromoneRaster::kMaxSide;
@@ -249,13 +249,16 @@ std::string ObstacleGrid(const field::FieldConfig& config, uint64_t unix_ns) {
     });
   }
   const double half_m = Metres(map.cell_um) / 2;
-  return foxglove::EncodeGrid(
-      unix_ns,
-      {.corner = {Metres(map.origin.x) - half_m, Metres(map.origin.y) - half_m, 0},
-       .columns = static_cast<uint32_t>(columns),
-       .cell_m = Metres(map.cell_um) * nodes,
-       .names = {"blocked"}},
-      cells);
+  return {.layout = {.corner = {Metres(map.origin.x) - half_m, Metres(map.origin.y) - half_m, 0},
+                     .columns = static_cast<uint32_t>(columns),
+                     .cell_m = Metres(map.cell_um) * nodes,
+                     .names = {"blocked"}},
+          .cells = std::move(cells)};
+}
+
+std::string ObstacleGrid(const field::FieldConfig& config, uint64_t unix_ns) {
+  const ObstacleRaster obstacles = ObstaclesOf(config);
+  return foxglove::EncodeGrid(unix_ns, obstacles.layout, obstacles.cells);
 }
 
 json::value EngineRates::Take(const control::StatusView& status, const StreamCounters* counters,

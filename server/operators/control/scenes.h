@@ -13,6 +13,7 @@
 #include <boost/json/value.hpp>
 
 #include "server/core/field/geometry.h"
+#include "server/formats/foxglove/messages.h"
 #include "server/operators/control/control.h"
 #include "server/operators/control/stream_counters.h"
 
@@ -50,6 +51,13 @@ class TagScenes {
   std::map<uint16_t, uint64_t> hashes_;
   uint64_t version_ = 0;
 };
+
+/// Where obstacles are: 1, else 0; at most PheromoneRaster::kMaxSide cells a side.
+struct ObstacleRaster {
+  foxglove::GridLayout layout;
+  std::string cells;
+};
+ObstacleRaster ObstaclesOf(const field::FieldConfig& config);
 
 std::string ObstacleGrid(const field::FieldConfig& config, uint64_t unix_ns);
 

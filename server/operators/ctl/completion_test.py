@@ -41,7 +41,7 @@ def commands_of(*command):
 
 
 def options_of(*command):
-    return set(re.findall(r"^  (?:-\w,)?(--[a-z-]+)", help_of(*command), re.M))
+    return set(re.findall(r"^  (?:-\w,)?(--[a-z0-9-]+)", help_of(*command), re.M))
 
 
 class CompletionTest(unittest.TestCase):

@@ -47,7 +47,8 @@ int Export(const ServerOptions& options, const ExportArguments& arguments) {
 void AddExportCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
   const auto it = std::make_shared<ExportArguments>();
   CLI::App* command = program->add_subcommand(
-      "export", "Convert a recording of a server into tables, or for Foxglove and Lichtblick");
+      "export",
+      "Convert a recording of a server into tables, or for Foxglove, Lichtblick and ROS 2");
   command->add_option("FILE", it->files, "Recordings, in order")->expected(0, -1);
   CLI::Option* csv = command->add_option("--csv", it->csv.folder,
                                          "The folder for robots.csv, deposits.csv and events.csv");
@@ -66,6 +67,10 @@ void AddExportCommands(CLI::App* program, const ServerOptions* options, int* exi
       ->needs(mcap)
       ->check(Number(0.001, 10))
       ->type_name("HZ");
+  command
+      ->add_flag("--ros2", it->mcap.ros2,
+                 "Messages of ROS 2 instead of Foxglove's, for ros2 bag play")
+      ->needs(mcap);
   CLI::Option* live =
       command->add_flag("--live", it->live, "Record the running server first, instead of FILE");
   command

@@ -1,6 +1,7 @@
 // Recordings for viewers: replays captures in an engine and writes what a viewer of the running
 // server would have been shown, as an MCAP file. The channels are those of the stream
-// (server/operators/web/stream/) that follow from the engine's state.
+// (server/operators/web/stream/) that follow from the engine's state; or, for ROS 2, those of
+// ros2_show.h.
 //
 //   int status = ExportMcap({"lab.pcapng"}, {.out = "lab.mcap"});
 #pragma once
@@ -13,6 +14,7 @@ namespace pheromone::ctl {
 struct McapOptions {
   std::string out;
   double grid_hz = 2;  ///< pictures of each pheromone in a second, of those that changed
+  bool ros2 = false;   ///< a bag of ROS 2
 };
 
 /// Prints what was written; returns the exit status. A capture that cannot be replayed to its end

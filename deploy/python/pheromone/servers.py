@@ -7,7 +7,7 @@ import struct
 import time
 from collections.abc import Sequence
 
-from .client import Line
+from .robot import Line, open_terminal
 
 PATIENCE_S = 0.15
 
@@ -26,6 +26,14 @@ def connect(address: str) -> int:
             forget = struct.pack("ii", 1, 0)  # what has not left when it is closed
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, forget)
         return opened.detach()
+
+
+def open_line(path: str, baud: int | None = None) -> Line:
+    """A terminal, such as radio-a.pty, or HOST:PORT for TCP, or udp:HOST:PORT; with commas between
+    several servers. The path of a terminal has a slash, or no colon."""
+    if "/" in path or ":" not in path:
+        return open_terminal(path, baud)
+    return Servers(path.split(","))
 
 
 class Servers(Line):

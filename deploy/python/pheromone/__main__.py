@@ -1,37 +1,23 @@
-"""The client as a program.
+"""The robot's side of the protocol as a program.
 
-    python3 proto_tests/stranger radio-a.pty hello
-    python3 proto_tests/stranger radio-a.pty ping DEADBEEF
-    python3 proto_tests/stranger radio-a.pty deposit 1 1000 600 1
-    python3 proto_tests/stranger radio-a.pty sense 1 1000 500 0
-    python3 proto_tests/stranger udp:10.0.0.1:4951,udp:10.0.0.2:4951 sense 1 1000 500 0
-    python3 proto_tests/stranger radio-a.pty trace --wide 1 40000 500 16384
-    python3 proto_tests/stranger --self-test
-
-The package pheromone-clients installs it as a module, without the self-test:
-
-    python3 -m pheromone_client radio-a.pty hello
+    python3 -m pheromone radio-a.pty hello
+    python3 -m pheromone radio-a.pty ping DEADBEEF
+    python3 -m pheromone radio-a.pty deposit 1 1000 600 1
+    python3 -m pheromone radio-a.pty sense 1 1000 500 0
+    python3 -m pheromone udp:10.0.0.1:4951,udp:10.0.0.2:4951 sense 1 1000 500 0
+    python3 -m pheromone radio-a.pty trace --wide 1 40000 500 16384
 """
 
 from __future__ import annotations
 
 import argparse
-import shutil
 import struct
 import sys
 import termios
 import time
-from pathlib import Path
 
-if not __package__:  # run as a folder, in the source tree, which is left as it was
-    sys.dont_write_bytecode = True
-    shutil.rmtree(Path(__file__).with_name("__pycache__"), ignore_errors=True)  # of this very file
-    sys.path[0] = str(Path(__file__).resolve().parents[1])
-    __package__ = "stranger"
-from .client import Client, InUse, Line, NoAnswer, Refused, Smell, open_terminal  # noqa: E402
-from .servers import Servers  # noqa: E402
-
-INSTALLED = not Path(__file__).with_name("testing").is_dir()
+from .robot import Client, InUse, NoAnswer, Refused, Smell
+from .servers import open_line
 
 
 def integer(text: str) -> int:
@@ -40,7 +26,7 @@ def integer(text: str) -> int:
 
 def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog=__package__,
+        prog="pheromone",
         description="Talks the pheromone protocol to a server on a terminal, by TCP or by UDP.",
         usage="%(prog)s [--id N] [--nonce N] [--timeout SECONDS] PATH REQUEST ...",
         epilog="Options stand before PATH, but for --wide. "
@@ -52,8 +38,6 @@ def arguments() -> argparse.ArgumentParser:
         help="the terminal, radio-a.pty for instance, or HOST:PORT for TCP, or udp:HOST:PORT; with "
         "commas between the servers of a cluster",
     )
-    if not INSTALLED:
-        parser.add_argument("--self-test", action="store_true", help="check against the vectors")
     parser.add_argument("--id", type=integer, default=1, help="CLIENT_ID, 1 to 254 (default 1)")
     parser.add_argument("--nonce", type=integer, default=1, help="boot counter (default 1)")
     parser.add_argument("--timeout", type=float, default=0.5, help="seconds to wait for an answer")
@@ -69,16 +53,13 @@ def arguments() -> argparse.ArgumentParser:
     ):
         request = requests.add_parser(name, help=what)
         for field, _, default in (field.partition("=") for field in fields.split()):
-            optional = {"nargs": "?", "default": int(default)} if default else {}
-            request.add_argument(field, type=integer, **optional)
+            if default:
+                request.add_argument(field, type=integer, nargs="?", default=int(default))
+            else:
+                request.add_argument(field, type=integer)
         if "heading" in fields:
             request.add_argument("--wide", action="store_true", help="coordinates of 32 bits")
     return parser
-
-
-def open_line(path: str) -> Line:
-    """A path has a slash, or no colon."""
-    return open_terminal(path) if "/" in path or ":" not in path else Servers(path.split(","))
 
 
 def carry_out(options: argparse.Namespace, robot: Client) -> str:
@@ -112,13 +93,8 @@ def shown(smell: Smell) -> str:
 def main() -> int:
     parser = arguments()
     options = parser.parse_args()
-    if not INSTALLED and options.self_test:
-        from .testing.selftest import self_test
-
-        print(self_test())
-        return 0
     if options.path is None or options.request is None:
-        parser.error("PATH and a request are needed" + ("" if INSTALLED else ", or --self-test"))
+        parser.error("PATH and a request are needed")
     try:
         with open_line(options.path) as line:
             print(carry_out(options, Client(line, options.id, options.timeout)))

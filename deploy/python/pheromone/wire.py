@@ -94,12 +94,14 @@ class Decoder:
 
     def _judge(self, complete: bytes) -> bytes | None:
         if len(complete) < 4:
-            return self._drop("runt")
-        if crc16(complete) != 0:
-            return self._drop("bad-crc")
-        if complete[0] == 0 or complete[1] == 0:
-            return self._drop("refused")
-        return complete[:-2]
+            self._drop("runt")
+        elif crc16(complete) != 0:
+            self._drop("bad-crc")
+        elif complete[0] == 0 or complete[1] == 0:
+            self._drop("refused")
+        else:
+            return complete[:-2]
+        return None
 
     def _drop(self, why: str) -> None:
         self.dropped[why] += 1
@@ -360,7 +362,7 @@ def build(name: str, client_id: int, **fields: Any) -> bytes:
     if name in ("PING", "PING_ANSWER"):
         if len(fields["payload"]) > 16:
             raise ValueError(f"a PING carries up to 16 bytes, not {len(fields['payload'])}")
-        return bytes((client_id, opcode)) + fields["payload"]
+        return bytes((client_id, opcode, *fields["payload"]))
     packing, names = _shape(layout, fields.get("code", 0))
     body = bytes((client_id, opcode)) + packing.pack(*(fields[name] for name in names))
     if name == "SCAN_ANSWER":
@@ -370,7 +372,7 @@ def build(name: str, client_id: int, **fields: Any) -> bytes:
     if name in MOST_TEXT:
         if len(fields["text"]) > MOST_TEXT[name]:
             raise ValueError(f"{name} carries up to {MOST_TEXT[name]} bytes of text")
-        return body + fields["text"]
+        return body + bytes(fields["text"])
     return body
 
 

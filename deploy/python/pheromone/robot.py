@@ -1,6 +1,13 @@
 """A robot's conversation with the server (sections 3, 7 and 8), over a terminal or servers.Servers.
 
-For a line without other talkers: the listening and the random delays of section 9 are not here.
+    with open_line("udp:127.0.0.1:4951") as line:          # of servers.py
+        robot = Client(line, client_id=7)
+        robot.hello(nonce=42)                               # a boot counter
+        print(robot.sense(pheromone=1, x=1000, y=500, heading=0))
+
+Coordinates are pose units, millimetres unless the server says otherwise; headings are binary angles,
+65536 to a turn. For a line without other talkers: the listening and the random delays of section 9
+are not here. One thread at a time; aio.AsyncClient is the same for asyncio.
 """
 
 from __future__ import annotations
@@ -96,9 +103,9 @@ def user_of(fd: int) -> str:
     return f"{program} (process {pid}, since {time.strftime('%Y-%m-%d %H:%M:%S', since)})"
 
 
-def open_terminal(path: str | os.PathLike[str]) -> Line:
+def open_terminal(path: str | os.PathLike[str], baud: int | None = None) -> Line:
     """Opens a terminal, real or pseudo, for this program alone, and makes it pass all bytes as they
-    are. Raises InUse."""
+    are, at a rate that the system knows, such as 9600; by default the one that it has. Raises InUse."""
     line = Line(os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_CLOEXEC))
     try:
         try:
@@ -109,6 +116,11 @@ def open_terminal(path: str | os.PathLike[str]) -> Line:
         settings[0] = settings[1] = settings[3] = 0  # nothing done to input, to output, locally
         settings[2] &= ~(termios.CSIZE | termios.PARENB)
         settings[2] |= termios.CS8 | termios.CLOCAL | termios.CREAD
+        if baud is not None:
+            rate = getattr(termios, f"B{baud}", None)
+            if rate is None:
+                raise ValueError(f"{baud} baud: the system has no such rate")
+            settings[4] = settings[5] = rate
         settings[6][termios.VMIN], settings[6][termios.VTIME] = 1, 0
         termios.tcsetattr(line.fd, termios.TCSANOW, settings)
         termios.tcflush(line.fd, termios.TCIFLUSH)  # answers that somebody before us left
@@ -231,7 +243,7 @@ class Client:
     def ping(self, payload: bytes = b"") -> bytes:
         """Gives the echo."""
         request = build("PING", self.client_id, payload=payload)
-        return self._ask(request, self.tries)["payload"]
+        return bytes(self._ask(request, self.tries)["payload"])
 
     def sense(self, pheromone: int, x: int, y: int, heading: int, wide: bool = False) -> Smell:
         """What the robot senses at this pose; `wide` if x or y does not fit into 16 bits.
@@ -291,7 +303,8 @@ class Client:
 
     def register(self, unique_id: str, number: int = 0) -> int:
         """Tells who this robot is, as an author; gives its number."""
-        return self._change("SYMBOL", kind=1, number=number, text=unique_id.encode())["number"]
+        told = self._change("SYMBOL", kind=1, number=number, text=unique_id.encode())
+        return int(told["number"])
 
     def define(self, number: int, text: str) -> None:
         """Defines a string of this robot."""
@@ -317,6 +330,7 @@ class Client:
     def resynchronise(self) -> list[bytes]:
         """Sends a PING with a new payload and waits for its echo; returns what came before it."""
         self._in_step = False
+        heard: list[bytes]
         for _ in range(self.tries):
             self._ping_count += 1
             payload = self._ping_tag + self._ping_count.to_bytes(8, "little")
@@ -453,7 +467,7 @@ def _resolves(answer: Message, asked: bytes) -> bool:
     """Whether this is what a RESOLVE with this DATA asks for, and all of the text that it can be."""
     fields, offset = answer.fields, asked[9]
     kind, robot, number = asked[0], asked[1:5], asked[5:9]
-    same = kind == 4 or (
+    same: bool = kind == 4 or (
         fields["kind"] == kind
         and fields["robot"].to_bytes(4, "little", signed=True) == robot
         and (kind != 2 or fields["number"].to_bytes(4, "little", signed=True) == number)

@@ -1,0 +1,130 @@
+"""A robot of any make that follows a trail.
+
+    class MyRobot:                                     # a Drive
+        def pose(self): return x_m, y_m, heading_deg
+        def wheels(self, left_mm_s, right_mm_s): ...
+
+    with open_line("udp:127.0.0.1:4951") as line:
+        Follower(line, 7, MyRobot(), pheromone=1, released=True).run(seconds=60)
+
+Five times a second it reports where it is, and steers by the answer with the differential law of
+section 11 of protocol/README.md. It obeys an operator's halt, resume, speed and follow type. It
+stands, and says so to the drive each time,
+
+* until it is released: by a resume, or from the beginning;
+* where it senses nothing, and without a pose, which the server is told once (EVENT 5 and 11);
+* if the server refuses a request, and 500 ms after its last answer at the latest (section 8).
+"""
+
+from __future__ import annotations
+
+import secrets
+import time
+from typing import Protocol
+
+from . import wire
+from .robot import Client, Line, NoAnswer, Refused
+
+HALT, RESUME, SPEED, FOLLOW = 1, 2, 3, 5  # codes of COMMAND
+TRAIL_LOST, POSE_LOST = 5, 11  # codes of EVENT
+SAY_HELLO, NOT_PERMITTED = 6, 10  # reasons of ERROR and of ACK
+UNIT = 4096  # of intensities
+PERIOD_S = 0.2
+PATIENCE_S = 0.1  # with the period, twice and an exchange more: below the 500 ms of the fail-safe
+MAX_SPEED_MM_S = 32767
+
+
+class Drive(Protocol):
+    """What a robot has to offer. Neither method may wait."""
+
+    def pose(self) -> tuple[float, float, float] | None:
+        """x and y in metres and the heading in degrees counter-clockwise from +x, on the map; None
+        if that is not known."""
+
+    def wheels(self, left_mm_s: float, right_mm_s: float) -> None:
+        """Sets the wheels' speeds; 0, 0 stops it. They hold until the next call. A robot should stop
+        by itself when none has come for 500 ms: this program may end, and with several servers by
+        TCP it may wait longer than that for connections."""
+
+
+def differential(left: int, right: int, speed_mm_s: float) -> tuple[float, float]:
+    """The wheels' speeds for the intensities at the antennas, in 1/4096 unit: section 11."""
+    difference = (left - right) / max(UNIT, abs(left), abs(right))
+    return speed_mm_s * (1 - max(difference, 0)), speed_mm_s * (1 - max(-difference, 0))
+
+
+class Follower:
+    """A Client that drives. `released`: it need not be told to go. One thread at a time."""
+
+    def __init__(self, line: Line, client_id: int, drive: Drive, pheromone: int = 1,
+                 speed_mm_s: float = 200, released: bool = False) -> None:
+        self.client = Client(line, client_id, timeout=PATIENCE_S, tries=1, on_command=self._obey)
+        self.drive = drive
+        self.pheromone = pheromone
+        self.speed_mm_s = speed_mm_s
+        self.released = released
+        self._nonce = secrets.randbelow(1 << 16)
+        self._unit_m: float | None = None  # of coordinates; None: HELLO is not answered yet
+        self._told: int | None = None  # the EVENT of why it stands
+
+    def run(self, seconds: float = float("inf")) -> None:
+        """Stands at the end, also if that is an exception."""
+        end = time.monotonic() + seconds
+        try:
+            while (began := time.monotonic()) < end:
+                self.step()
+                self.client.listen(max(0.0, min(began + PERIOD_S, end) - time.monotonic()))
+        finally:
+            self.drive.wheels(0, 0)
+
+    def step(self) -> None:
+        """One period: asks, and sets the wheels."""
+        speeds = (0.0, 0.0)
+        try:
+            if self._unit_m is None:
+                self._unit_m = self.client.hello(self._nonce).pose_unit_10um * 1e-5
+            speeds = self._steer(self._unit_m)
+        except NoAnswer:
+            pass
+        except Refused as refused:
+            if refused.reason == SAY_HELLO:
+                self._unit_m = None
+        self.drive.wheels(*(speeds if self.released else (0, 0)))
+
+    def _steer(self, unit_m: float) -> tuple[float, float]:
+        pose = self.drive.pose()
+        if pose is None:
+            self.drive.wheels(0, 0)  # before anything else
+            self._tell(POSE_LOST)
+            return 0, 0
+        x, y = round(pose[0] / unit_m), round(pose[1] / unit_m)
+        wide = not (-32768 <= min(x, y) and max(x, y) <= 32767)
+        sensed = self.client.sense(self.pheromone, x, y, round(pose[2] / 360 * 65536) % 65536, wide)
+        if sensed == (0, 0):
+            self.drive.wheels(0, 0)
+            if self.released:
+                self._tell(TRAIL_LOST)
+            return 0, 0
+        self._told = None
+        return differential(sensed.left, sensed.right, self.speed_mm_s)
+
+    def _tell(self, event: int) -> None:
+        if self._told != event:
+            self.client.event(event)
+            self._told = event
+
+    def _obey(self, command: wire.Message) -> int:
+        """The result of the ACK."""
+        code, fields = command.fields["code"], command.fields
+        if code == HALT:
+            self.released = False
+            self.drive.wheels(0, 0)
+        elif code == RESUME:
+            self.released = True
+        elif code == SPEED and 0 <= fields["speed_mm_s"] <= MAX_SPEED_MM_S:
+            self.speed_mm_s = fields["speed_mm_s"]
+        elif code == FOLLOW and 1 <= fields["type_to_follow"] <= 15:
+            self.pheromone = fields["type_to_follow"]
+        else:
+            return wire.BAD_VALUE if code in (SPEED, FOLLOW) else NOT_PERMITTED
+        return 0
