@@ -6,7 +6,8 @@
 namespace pheromone::cluster {
 
 Replica::Replica(ReplicaSettings settings, Sequence next, uint64_t now_ms)
-    : election_(std::move(settings), now_ms),
+    : id_(settings.id),
+      election_(std::move(settings), now_ms),
       queue_(election_.settings()),
       next_(next),
       follow_from_(std::max<Sequence>(next, 2) - 1) {}
@@ -19,6 +20,10 @@ void Replica::OnPage(const Page& page, uint64_t now_ms) {
   if (is_deposed_ || gap_ != LogGap::kNone) {
     return;
   }
+  if (!IsSameLog(page)) {
+    Bar(LogGap::kOtherLog);
+    return;
+  }
   if (!page_next_) {
     CheckFirst(page);
   }
@@ -29,8 +34,7 @@ void Replica::OnPage(const Page& page, uint64_t now_ms) {
     Receive(group, page.leader, now_ms);
   }
   if (gap_ != LogGap::kNone) {
-    is_deposed_ = is_deposed_ || !queue_.empty();
-    election_.Bar();
+    Bar(gap_);
     return;
   }
   const Term known = election_.leader().term;
@@ -39,6 +43,20 @@ void Replica::OnPage(const Page& page, uint64_t now_ms) {
     is_deposed_ = true;  // the page has all that there ever will be of earlier terms
   }
   has_caught_up_ = role() == Role::kCatchesUp && page.leader.term == election_.leader().term;
+}
+
+void Replica::Bar(LogGap gap) {
+  gap_ = gap;
+  is_deposed_ = is_deposed_ || !queue_.empty();
+  election_.Bar();
+}
+
+// A log without an ID is empty.
+bool Replica::IsSameLog(const Page& page) {
+  if (id_.empty()) {
+    id_ = page.id;
+  }
+  return page.id == id_;
 }
 
 void Replica::CheckFirst(const Page& page) {

@@ -182,7 +182,9 @@ json::value ToJson(const control::ClusterView& cluster) {
                       {"elections", cluster.elections},
                       {"fenced", cluster.fenced},
                       {"forwarded", cluster.forwarded},
+                      {"divergences", cluster.divergences},
                       {"trouble", TextOrNull(cluster.trouble)},
+                      {"transfer", TextOrNull(cluster.transfer)},
                       {"peers", peers}};
 }
 
