@@ -30,6 +30,9 @@ void AddMapCommands(CLI::App* program, int* exit_status);
 /// journal ...: commands on a journal's folder, without a server.
 void AddJournalCommands(CLI::App* program, int* exit_status);
 
+/// cluster ...: to which cluster a journal belongs, without a server.
+void AddClusterCommands(CLI::App* program, int* exit_status);
+
 /// net ...: Petri nets in files, without a server.
 void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 

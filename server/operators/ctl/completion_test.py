@@ -63,7 +63,7 @@ class CompletionTest(unittest.TestCase):
 
     def test_beginnings_are_completed(self):
         self.assertEqual(offered("st"), {"status"})
-        self.assertEqual(offered("--socket", "/x", "--json", "cl"), {"clients"})
+        self.assertEqual(offered("--socket", "/x", "--json", "cli"), {"clients"})
         self.assertEqual(offered("paint", "1", "--u"), {"--units"})
 
     def test_a_robots_commands_are_offered_in_their_place(self):

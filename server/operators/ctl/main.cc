@@ -1,5 +1,5 @@
 // pheromonectl: the operator's command line. Most commands send requests to a running server over
-// its Unix socket; `map`, `journal`, `net` and `config check` do not need a server.
+// its Unix socket; `map`, `journal`, `cluster`, `net` and `config check` do not need a server.
 //
 // Exit status: 0 success; 1 the server, a robot, a file or standard output refused; 2 an error in
 // the command line or a configuration; 3 no server; 4 a damaged journal.
@@ -49,6 +49,7 @@ int Main(int argc, char** argv) {
   AddCaptureCommands(&app, &options, &status);
   AddMapCommands(&app, &status);
   AddJournalCommands(&app, &status);
+  AddClusterCommands(&app, &status);
   AddNetCommands(&app, &options, &status);
   AddModemCommands(&app, &status);
   AddReplayCommands(&app, &status);
