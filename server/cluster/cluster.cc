@@ -129,7 +129,7 @@ bool Cluster::Found(const Page& page) {
 
 // False: this process ends.
 bool Cluster::NoteId() {
-  if (noted_id_ == replica_.id() || replica_.gap() != LogGap::kNone) {
+  if (noted_id_ == replica_.id() || replica_.gap() == LogGap::kOtherLog) {
     return true;
   }
   const Status noted = parts_.on_id(replica_.id());
@@ -308,6 +308,13 @@ void Cluster::Compare(const std::string& from, const Beat& beat) {
     parts_.warn("divergence: node " + from + ", which leads, has another state than this one" +
                 after + "; this one is dropped, and the other taken");
     replica_.Bar(LogGap::kDiverged);
+    // So that the leader counts it, too: this process may end before its next heartbeat.
+    parts_.send(from, Beat{.term = replica_.leader().term,
+                           .is_healthy = false,
+                           .next = replica_.committed() + 1,
+                           .role = static_cast<uint8_t>(replica_.role()),
+                           .hashed = *sequence,
+                           .hash = *hashes_.Own(*sequence)});
   }
 }
 

@@ -101,6 +101,7 @@ TEST_F(ClusterStateTest, AnEmptyServerTakesAStateAndTheLogsTail) {
   ASSERT_EQ(world_["b"].restarts.size(), 1u);
   EXPECT_EQ(world_["b"].restarts[0], "took the state after event 22 from a");
   EXPECT_TRUE(world_["b"].disk().Has(journal::SnapshotName(22)));
+  EXPECT_EQ(world_["b"].id, "memory") << "noted before the state is there";
   Lay("a", 3);
   world_.Start("b");
   EXPECT_EQ(world_["b"].sequence(), 22u);

@@ -30,6 +30,12 @@ class StateHashes {
     return after != own_.begin() ? &*std::prev(after) : nullptr;
   }
 
+  /// Nothing if it is not kept (any more).
+  std::optional<uint64_t> Own(uint64_t sequence) const {
+    const auto found = own_.find(sequence);
+    return found != own_.end() ? std::optional(found->second) : std::nullopt;
+  }
+
   /// May be told again and again.
   void Hear(const std::string& node, uint64_t sequence, uint64_t hash) {
     Heard& its = heard_[node];
