@@ -69,8 +69,14 @@ class ClusterTest(unittest.TestCase):
         robot.deposit(1, 5000, 5000, 8)
         self.assertEqual(self.machines.role(self.follower), "leads")
         stopped.process.send_signal(signal.SIGCONT)
-        await_that(lambda: stopped.process.poll() is not None
-                   or self.machines.role(self.leader) == "follows", "it notices")
+
+        def has_noticed():
+            try:
+                return (stopped.process.poll() is not None
+                        or self.machines.role(self.leader) == "follows")
+            except OSError:  # it is ending
+                return False
+        await_that(has_noticed, "it notices")
         if stopped.process.poll() is not None:
             self.assertEqual(stopped.process.returncode, 1, stopped.log())
             self.machines.start(self.leader)
