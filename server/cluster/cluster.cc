@@ -23,39 +23,107 @@ constexpr uint64_t kAlwaysKept = 10'000;   // events that peers have seen, but p
 constexpr uint64_t kMostKept = 1'000'000;  // events, for peers that are away
 constexpr uint64_t kBetweenPosesMs = 100;
 constexpr uint64_t kStalledMs = 1'000;
+constexpr uint64_t kBetweenJoinsMs = 500;  // after one that did not succeed
 constexpr char kNobodyLeads[] = "no server of the cluster leads at present";
 
 }  // namespace
 
-Cluster::Cluster(ReplicaSettings settings, Sequence next, ReplicatedLog* log, Parts parts)
+Cluster::Cluster(ReplicaSettings settings, Sequence next, bool founds, ReplicatedLog* log,
+                 Parts parts)
     : settings_(settings),
       log_(log),
       parts_(std::move(parts)),
-      replica_(std::move(settings), next, parts_.now_ms()) {}
+      replica_(
+          [&] {
+            ReplicaSettings of_replica = settings;
+            of_replica.id = founds ? "" : settings.id;
+            return of_replica;
+          }(),
+          next, parts_.now_ms()),
+      sender_({.freeze = parts_.freeze,
+               .aside = parts_.aside,
+               .send = [this](const std::string& to,
+                              StatePortion portion) { parts_.send(to, std::move(portion)); }}),
+      receiver_({.folder = parts_.folder,
+                 .aside = parts_.aside,
+                 .send = [this](const std::string& to,
+                                StateRequest request) { parts_.send(to, request); },
+                 .done = [this](const Result<uint64_t>& sequence) { OnJoined(sequence); }}),
+      founds_(founds),
+      noted_id_(founds ? "" : settings.id) {}
 
 void Cluster::Start() {
   parts_.log->SetTrouble(kNobodyLeads);
   news_ms_ = parts_.now_ms();
-  log_->Follow(replica_.follow_from(), [this](const Result<Page>& page) {
-    if (is_stopped_) {
-      return;
-    }
-    if (page.ok()) {
-      news_ms_ = parts_.now_ms();
-      replica_.OnPage(page.value(), news_ms_);
-    }
-    {
-      const std::lock_guard lock(mutex_);
-      if (page.ok()) {
-        view_.trouble.clear();
-        view_.id = page.value().id;
-      } else {
-        view_.trouble = page.error();
-      }
-    }
-    Continue();
-  });
+  Follow();
   Continue();
+}
+
+void Cluster::Follow() {
+  log_->Follow(replica_.follow_from(), [this](const Result<Page>& page) {
+    if (!is_stopped_) {
+      OnNews(page);
+    }
+  });
+}
+
+void Cluster::OnNews(const Result<Page>& page) {
+  if (page.ok() && Found(page.value())) {
+    return;
+  }
+  if (page.ok()) {
+    news_ms_ = parts_.now_ms();
+    floor_ = page.value().floor;
+    replica_.OnPage(page.value(), news_ms_);
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    view_.trouble = page.ErrorOr("");
+    view_.id = replica_.id();
+  }
+  Continue();
+}
+
+// A new log whose first event comes after those of the journal. True: the page is of before.
+bool Cluster::Found(const Page& page) {
+  if (!founds_) {
+    return false;
+  }
+  const bool is_new = page.id.empty() && page.leader.term == 0;
+  if (is_new && page.floor < replica_.committed() + 1) {
+    log_->Trim(replica_.committed() + 1, [this](const Status& begun) {
+      if (is_stopped_) {
+        return;
+      }
+      if (!begun.ok()) {
+        const std::lock_guard lock(mutex_);
+        view_.trouble = begun.error();
+      }
+      Follow();
+    });
+    return true;
+  }
+  founds_ = is_new;
+  if (!is_new && page.id != settings_.id) {
+    replica_.Bar(LogGap::kOtherLog);
+  }
+  return false;
+}
+
+// False: this process ends.
+bool Cluster::NoteId() {
+  if (noted_id_ == replica_.id() || replica_.gap() == LogGap::kOtherLog) {
+    return true;
+  }
+  const Status noted = parts_.on_id(replica_.id());
+  if (!noted.ok()) {
+    parts_.restart("the cluster's ID could not be written beside the journal: " +
+                   std::string(noted.error()));
+    Stop();
+    return false;
+  }
+  noted_id_ = replica_.id();
+  return true;
 }
 
 void Cluster::Continue() {
@@ -63,7 +131,10 @@ void Cluster::Continue() {
     return;
   }
   const uint64_t now_ms = parts_.now_ms();
-  replica_.SetHealthy(parts_.local->Trouble().empty());
+  if (!NoteId()) {
+    return;
+  }
+  replica_.SetHealthy(parts_.local->Trouble().empty() && replica_.gap() == LogGap::kNone);
   EndLead();  // before what another one ordered is applied; what was submitted until now is
               // collected
   for (ClusterLog::Submitted& it : parts_.log->CollectSubmitted()) {
@@ -106,19 +177,25 @@ void Cluster::Continue() {
       }
     });
   }
+  NoteHashes();
   if (actions.heartbeat) {
     const Heartbeat& it = *actions.heartbeat;
+    const auto* const newest = hashes_.Newest(it.next - 1);
     parts_.send_all(Beat{.term = it.term,
                          .leads = it.leads,
                          .is_healthy = it.is_healthy,
                          .next = it.next,
                          .successor = it.successor,
-                         .role = static_cast<uint8_t>(replica_.role())});
+                         .role = static_cast<uint8_t>(replica_.role()),
+                         .hashed = newest != nullptr ? newest->first : 0,
+                         .hash = newest != nullptr ? newest->second : 0});
   }
   EndLead();  // Next may have handed over
   BeginLead();
   TrimSometimes(now_ms);
   TellPoses(now_ms);
+  sender_.Continue(replica_.committed(), now_ms);
+  Join(now_ms);
   TellView();
   const uint64_t deadline = replica_.Deadline();
   parts_.wake_at(to_apply_.empty() ? deadline : std::min(deadline, now_ms + kLocalLogPauseMs));
@@ -127,13 +204,14 @@ void Cluster::Continue() {
 // False: this process ends.
 bool Cluster::ApplySome() {
   while (!to_apply_.empty() && parts_.local->Admit() == protocol::Reason::kNone) {
-    const Status applied = Apply(to_apply_.front());
+    const Group group = std::move(to_apply_.front());
+    to_apply_.pop_front();
+    const Status applied = Apply(group);
     if (!applied.ok()) {
       parts_.restart(applied.error());
       Stop();
       return false;
     }
-    to_apply_.pop_front();
   }
   return true;
 }
@@ -166,8 +244,9 @@ Status Cluster::Apply(const Group& group) {
     }
     const Status followed = parts_.service->Follow(record.stamp, std::move(event), &out);
     if (!followed.ok()) {
-      return fail("event " + std::to_string(record.sequence) +
-                  " is not possible here: " + followed.error());
+      DropState("event " + std::to_string(record.sequence) +
+                " of the log is not possible in the state here: " + followed.error());
+      break;
     }
   }
   if (found == journal::RecordReader::Found::kBad) {
@@ -197,6 +276,110 @@ void Cluster::BeginLead() {
   }
 }
 
+void Cluster::NoteHashes() {
+  for (const ClusterLog::StateHash& it : parts_.log->CollectHashes()) {
+    hashes_.Note(it.sequence, it.hash);
+  }
+}
+
+// The leader's state is the one that counts: with two servers there is no majority that could say
+// which of them is wrong.
+void Cluster::Compare(const std::string& from, const Beat& beat) {
+  NoteHashes();
+  if (beat.hashed != 0) {
+    hashes_.Hear(from, beat.hashed, beat.hash);
+  }
+  const std::string& leader = replica_.leader().node;
+  const bool is_leaders = from == leader && from != settings_.node;
+  if (!is_leaders && !parts_.log->leads()) {
+    return;
+  }
+  const auto sequence = hashes_.Difference(from);
+  if (!sequence) {
+    return;
+  }
+  const std::string after = " after event " + std::to_string(*sequence);
+  if (!is_leaders) {
+    ++divergences_;
+    parts_.warn("divergence: node " + from + " has another state than this one" + after +
+                "; it takes this one's");
+  } else if (replica_.gap() == LogGap::kNone) {
+    DropState("node " + from + ", which leads, has another state than this one" + after);
+    // So that the leader counts it, too: this process may end before its next heartbeat.
+    parts_.send(from, Beat{.term = replica_.leader().term,
+                           .is_healthy = false,
+                           .next = replica_.committed() + 1,
+                           .role = static_cast<uint8_t>(replica_.role()),
+                           .hashed = *sequence,
+                           .hash = *hashes_.Own(*sequence)});
+  }
+}
+
+// What the log has further makes this state no better.
+void Cluster::DropState(const std::string& why) {
+  ++divergences_;
+  parts_.warn("divergence: " + why + "; this state is dropped, and the leader's taken");
+  to_apply_.clear();
+  replica_.Bar(LogGap::kDiverged);
+}
+
+// Takes a state, if one is needed: for a divergence that of the leader. Otherwise rather that of a
+// follower, which has less to do.
+void Cluster::Join(uint64_t now_ms) {
+  receiver_.Continue(now_ms);
+  const LogGap gap = replica_.gap();
+  if ((gap != LogGap::kTrimmed && gap != LogGap::kDiverged) || parts_.folder == nullptr ||
+      receiver_.is_busy() || now_ms < join_ms_) {
+    return;
+  }
+  const Sequence least = std::max(floor_, parts_.log->appended() + 1) - 1;
+  std::vector<std::string> candidates;
+  for (const bool leads : {false, true}) {
+    for (const auto& [node, beat] : told_) {
+      if (beat.leads == leads && beat.next > least && (leads || gap == LogGap::kTrimmed)) {
+        candidates.push_back(node);
+      }
+    }
+  }
+  join_ms_ = now_ms + kBetweenJoinsMs;
+  if (candidates.empty()) {
+    join_trouble_ = "no server is connected that has a state to give";
+    return;
+  }
+  const auto last = std::find(candidates.begin(), candidates.end(), join_asked_);
+  join_asked_ = last == candidates.end() || std::next(last) == candidates.end() ? candidates.front()
+                                                                                : *std::next(last);
+  receiver_.Begin(join_asked_, least, now_ms);
+}
+
+void Cluster::OnJoined(const Result<uint64_t>& sequence) {
+  if (is_stopped_) {
+    return;
+  }
+  if (sequence.ok() && sequence.value() + 1 < floor_) {
+    join_trouble_ = "the log was trimmed beyond the state that came";
+  } else if (sequence.ok()) {
+    parts_.restart("took the state after event " + std::to_string(sequence.value()) + " from " +
+                   join_asked_);
+    Stop();
+    return;
+  } else {
+    join_trouble_ = sequence.error();
+  }
+  join_ms_ = parts_.now_ms() + kBetweenJoinsMs;
+}
+
+std::string Cluster::DescribeTransfer() const {
+  if (receiver_.is_busy()) {
+    return "takes the state of " + receiver_.from() + ": " +
+           std::to_string(receiver_.bytes() >> 10) + " KiB so far";
+  }
+  if (!sender_.to().empty()) {
+    return "gives its state to " + sender_.to();
+  }
+  return join_trouble_.empty() ? "" : "will take a state: " + join_trouble_;
+}
+
 void Cluster::TrimSometimes(uint64_t now_ms) {
   if (!parts_.log->leads() || is_trimming_ || now_ms < trim_ms_) {
     return;
@@ -204,9 +387,9 @@ void Cluster::TrimSometimes(uint64_t now_ms) {
   trim_ms_ = now_ms + kBetweenTrimsMs;
   Sequence seen = replica_.committed() + 1;
   for (const std::string& node : settings_.nodes) {
-    const auto known = known_.find(node);
+    const auto told = told_.find(node);
     if (node != settings_.node) {
-      seen = std::min(seen, known != known_.end() ? known->second : 0);
+      seen = std::min(seen, told != told_.end() ? told->second.next : 0);
     }
   }
   const Sequence end = replica_.committed() + 1;
@@ -241,10 +424,11 @@ std::string Cluster::Stall(uint64_t now_ms) {
 void Cluster::TellView() {
   const Leader& leader = replica_.leader();
   const bool leads = parts_.log->leads();
-  const bool reaches = !leads && up_.contains(leader.node);
+  const LogGap gap = replica_.gap();
+  const bool reaches = !leads && gap == LogGap::kNone && up_.contains(leader.node);
   uint64_t known = replica_.committed();
-  for (const auto& [node, next] : known_) {
-    known = std::max(known, next - 1);
+  for (const auto& [node, beat] : told_) {
+    known = std::max(known, beat.next - 1);
   }
   // Not what was appended: the last events of a leader that hands over may never be committed.
   const uint64_t committed = parts_.log->DurableSequence();
@@ -255,15 +439,16 @@ void Cluster::TellView() {
   leader_up_ = reaches ? leader.node : "";
   view_.role = replica_.role();
   view_.leader = leader;
-  view_.gap = replica_.gap();
+  view_.gap = gap;
+  view_.divergences = divergences_;
+  view_.transfer = DescribeTransfer();
   view_.committed = committed;
   view_.behind = known - std::min(known, committed);
   view_.news_ms = news_ms_;
-  const std::string_view gap = TextOf(replica_.gap());
-  parts_.log->SetTrouble(!gap.empty() ? std::string(gap)
-                         : leads      ? Stall(parts_.now_ms())
-                         : reaches    ? ""
-                                      : kNobodyLeads);
+  parts_.log->SetTrouble(gap != LogGap::kNone ? std::string(TextOf(gap))
+                         : leads              ? Stall(parts_.now_ms())
+                         : reaches            ? ""
+                                              : kNobodyLeads);
 }
 
 void Cluster::OnUp(const std::string& node) {
@@ -273,7 +458,10 @@ void Cluster::OnUp(const std::string& node) {
 
 void Cluster::OnDown(const std::string& node) {
   up_.erase(node);
-  known_.erase(node);
+  told_.erase(node);
+  hashes_.Forget(node);
+  sender_.OnDown(node);
+  receiver_.OnDown(node);
   FinishLost("the connection to " + node + ", which leads, was lost",
              [&node](const Awaited& it) { return it.by == node; });
   Continue();
@@ -315,6 +503,8 @@ void Cluster::StepDown(const std::string& successor) {
 void Cluster::Stop() {
   is_stopped_ = true;
   log_->Stop();
+  sender_.Stop();
+  receiver_.Stop();
   {
     const std::lock_guard lock(mutex_);
     leader_up_.clear();
@@ -330,7 +520,8 @@ void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
       [&](const auto& it) {
         using Message = std::decay_t<decltype(it)>;
         if constexpr (std::is_same_v<Message, Beat>) {
-          known_[from] = it.next;
+          told_[from] = it;
+          Compare(from, it);
           replica_.OnHeartbeat(from,
                                {.term = it.term,
                                 .leads = it.leads,
@@ -356,6 +547,16 @@ void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
           Finish(it);
         } else if constexpr (std::is_same_v<Message, HaltAll>) {
           parts_.send(from, parts_.halt(it));
+        } else if constexpr (std::is_same_v<Message, StateRequest>) {
+          if (replica_.gap() != LogGap::kNone) {
+            parts_.send(from, StatePortion{.number = it.number,
+                                           .offset = it.offset,
+                                           .error = std::string(TextOf(replica_.gap()))});
+          } else {
+            sender_.OnRequest(from, it, replica_.committed(), parts_.now_ms());
+          }
+        } else if constexpr (std::is_same_v<Message, StatePortion>) {
+          receiver_.OnPortion(from, it, parts_.now_ms());
         }
       },
       message);

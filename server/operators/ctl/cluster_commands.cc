@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <boost/json/serialize.hpp>
+
 #include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/table.h"
 #include "server/operators/ctl/units.h"
@@ -42,7 +44,6 @@ int ShowCluster(const ServerOptions& options) {
     return 0;
   }
   const std::string leader = TextAt(cluster, "leader");
-  const std::string trouble = TextAt(cluster, "trouble");
   fmt::print("cluster   {}, node {}: {}\n", TextAt(cluster, "name"), TextAt(cluster, "node"),
              TextAt(cluster, "role"));
   fmt::print("leader    {}, term {}; {} changes of the leader seen\n",
@@ -51,8 +52,13 @@ int ShowCluster(const ServerOptions& options) {
   fmt::print("log       event {} is committed, {} to be applied here; heard {} ago\n",
              CountAt(cluster, "committed_sequence"), CountAt(cluster, "behind"),
              Duration(NumberAt(cluster, "heard_s")));
-  if (!trouble.empty()) {
-    fmt::print("WARNING   {}\n", trouble);
+  if (const std::string transfer = TextAt(cluster, "transfer"); !transfer.empty()) {
+    fmt::print("state     {}\n", transfer);
+  }
+  for (const char* const key : {"trouble", "gap"}) {
+    if (const std::string text = TextAt(cluster, key); !text.empty()) {
+      fmt::print("WARNING   {}\n", text);
+    }
   }
   std::vector<std::vector<std::string>> rows = {{"NODE", "STATE", "HOW"}};
   for (const json::value& peer : ItemsAt(cluster, "peers")) {
