@@ -47,7 +47,7 @@
 namespace pheromone::cluster {
 
 /// Of what this file describes, except the versions themselves.
-constexpr uint8_t kPeerVersion = 1;
+constexpr uint8_t kPeerVersion = 2;
 /// Of a frame, without its length. Longer messages are split by who makes them: PosesHeard,
 /// StatePortion.
 constexpr size_t kMaxPeerBytes = size_t{128} << 10;

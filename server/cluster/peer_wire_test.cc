@@ -86,7 +86,7 @@ TEST(PeerWire, HasTheBytesOfTheDescription) {
             "\x04\0\0\0\0\0\0\0"s);
   EXPECT_EQ(Encoded(GreetingOf("a")),
             "\x2C\0\0\0"s
-            "\0\x01\x03"s
+            "\0\x02\x03"s
             "\x05\0\0\0"s
             "0.1.0"
             "\x03\0\0\0"s
@@ -227,15 +227,15 @@ TEST(CheckGreeting, OtherVersionsAreToldWithTheOrderOfUpgrading) {
 // Of a later version, only what all versions have in common is read.
 TEST(CheckGreeting, AGreetingOfAnotherPeerVersionIsUnderstoodSoFar) {
   const Result<PeerMessage> later = DecodePeerMessage(
-      "\0\x02\x04\x05\0\0\0"s
+      "\0\x03\x04\x05\0\0\0"s
       "0.3.0"
       "and what is not known yet");
   ASSERT_TRUE(later.ok()) << later.error();
   EXPECT_EQ(CheckGreeting(GreetingOf("a"), std::get<Greeting>(later.value())).ErrorOr(""),
-            "the other node runs pheromoned 0.3.0 with peer version 2, this node a pheromoned "
-            "0.1.0 with peer version 1, expected the same; upgrade this node: followers first, the "
+            "the other node runs pheromoned 0.3.0 with peer version 3, this node a pheromoned "
+            "0.1.0 with peer version 2, expected the same; upgrade this node: followers first, the "
             "leader last");
-  EXPECT_FALSE(DecodePeerMessage("\0\x02\x04\x05\0\0\0"s
+  EXPECT_FALSE(DecodePeerMessage("\0\x03\x04\x05\0\0\0"s
                                  "0.3")
                    .ok());
 }
