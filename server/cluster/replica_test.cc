@@ -77,6 +77,14 @@ TEST(Replica, ALogThatIsWipedEndsALeader) {
   EXPECT_EQ(busy.role(), Role::kDeposed) << "it has applied what is in no log";
 }
 
+TEST(Replica, WhatItWasBarredForStays) {
+  Replica replica(SettingsOf("a"), 3, 0);
+  replica.Bar(LogGap::kOtherLog);
+  replica.OnPage(PageOf({5, "b"}, {GroupOf(9, 5, "z")}, 9), 0);
+  EXPECT_EQ(replica.gap(), LogGap::kOtherLog) << "and not that a state is needed";
+  EXPECT_TRUE(replica.Next(0).committed.empty());
+}
+
 TEST(Replica, DeliversEachGroupOnceInOrder) {
   Replica replica(SettingsOf("a"), 1, 0);
   EXPECT_EQ(replica.follow_from(), 1u);
