@@ -71,8 +71,8 @@ class StateTest(unittest.TestCase):
         return subprocess.run([BIN / "pheromoned", "--config", "test.toml"], text=True, check=False,
                               cwd=self.folder(node), capture_output=True, timeout=120)
 
-    def ctl(self, node, *arguments, status=0):
-        result = subprocess.run([BIN / "pheromonectl", "cluster", *arguments, "state"], text=True,
+    def ctl(self, node, *arguments, status=0, group="cluster"):
+        result = subprocess.run([BIN / "pheromonectl", group, *arguments, "state"], text=True,
                                 cwd=self.folder(node), capture_output=True, check=False, timeout=120)
         self.assertEqual(result.returncode, status, result.stdout + result.stderr)
         return result.stdout + result.stderr
@@ -117,6 +117,14 @@ class StateTest(unittest.TestCase):
         said = refused.stdout + refused.stderr
         self.assertIn('is the journal of a server of cluster "test"', said)
         self.assertIn("pheromonectl cluster leave --new-epoch", said)
+        self.assertIn('cluster: of cluster "test", ID ', self.ctl(self.follower, "check", group="journal"))
+        marker = self.folder(self.follower) / "state/cluster"
+        text = marker.read_text()
+        marker.write_text(text[:-1])
+        self.assertIn('expected "end" in the last line',
+                      self.ctl(self.follower, "check", group="journal", status=4))
+        self.assertEqual(self.run_pheromoned(self.follower).returncode, 1)
+        marker.write_text(text)
         self.ctl(self.follower, "leave", status=2)
         self.assertIn("begins an epoch", self.ctl(self.follower, "leave", "--new-epoch"))
         self.assertIn("belongs to no cluster", self.ctl(self.follower, "leave", "--new-epoch",
@@ -126,8 +134,7 @@ class StateTest(unittest.TestCase):
             alone = OperatedDaemon(BIN, self.folder(self.follower))
             self.addCleanup(alone.kill)
             epochs.append(json.loads(alone.call("GET", "/api/v1/status")[1])["epoch"])
-            await_that(lambda: not (self.folder(self.follower) / "state/cluster").exists(),
-                       "the marker is removed")
+            await_that(lambda: not marker.exists(), "the marker is removed")
             alone.stop()
         self.assertNotEqual(epochs[0], epochs[1])
         self.assertEqual(epochs[1], epochs[2], "an epoch is begun once")

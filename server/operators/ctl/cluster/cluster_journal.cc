@@ -95,7 +95,7 @@ int ResetCluster(const std::string& folder, const std::string& cluster, bool is_
       "  2. empty the cluster's log: etcdctl del --prefix /pheromone/{}/\n"
       "  3. start this server, and wait until \"pheromonectl status\" says that it leads;\n"
       "  4. on each other machine, move the journal's folder away and start the server: it takes "
-      "this map.\n",
+      "this map.",
       cluster);
   if (!is_confirmed) {
     return Fail(
@@ -118,7 +118,7 @@ int ResetCluster(const std::string& folder, const std::string& cluster, bool is_
   if (!written.ok()) {
     return Fail(kFailed, written.error());
   }
-  fmt::print("{}: cluster \"{}\" will begin with this map, in a new epoch:\n{}", folder, cluster,
+  fmt::print("{}: cluster \"{}\" will begin with this map, in a new epoch:\n{}\n", folder, cluster,
              steps);
   return 0;
 }
