@@ -21,7 +21,7 @@ namespace pheromone::cluster {
 class StateHashes {
  public:
   /// Of how many of the newest events hashes are kept, for each server.
-  static constexpr size_t kMost = 32;
+  static constexpr size_t kMaxHashes = 32;
 
   void Note(uint64_t sequence, uint64_t hash) { Keep(sequence, hash, &own_); }
   /// The newest own one up to an event; nullptr: there is none.
@@ -70,7 +70,7 @@ class StateHashes {
 
   static void Keep(uint64_t sequence, uint64_t hash, Hashes* to) {
     (*to)[sequence] = hash;
-    if (to->size() > kMost) {
+    if (to->size() > kMaxHashes) {
       to->erase(to->begin());
     }
   }

@@ -42,7 +42,7 @@ TEST(StateHashes, TheNewestUpToAnEventIsTheOneToTell) {
   }
   EXPECT_EQ(hashes.Newest(999)->first, 990u);
   EXPECT_EQ(hashes.Newest(999)->second, 99u);
-  EXPECT_EQ(hashes.Newest(10 * (100 - StateHashes::kMost)), nullptr) << "forgotten";
+  EXPECT_EQ(hashes.Newest(10 * (100 - StateHashes::kMaxHashes)), nullptr) << "forgotten";
 }
 
 }  // namespace
