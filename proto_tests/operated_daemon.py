@@ -32,10 +32,26 @@ PATIENCE_S = 120  # of a busy machine; nothing waits this long when things are w
 
 
 def await_that(condition, what, patience_s=PATIENCE_S):
+    """`what` is expected: a text, or what returns it once it is clear that it does not come."""
     end = time.monotonic() + patience_s
     while not condition():
-        check(time.monotonic() < end, f"waited in vain: {what}")
+        if time.monotonic() >= end:
+            raise AssertionError(f"not within {patience_s} s: {what() if callable(what) else what}")
         time.sleep(0.01)
+
+
+def exchange(connection, method, target, body=None):
+    """An operator's request on a new connection: the status and what came with it; status 0 if the
+    server hangs up."""
+    content = b"" if body is None else json.dumps(body).encode()
+    try:
+        connection.sendall(f"{method} {target} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
+                           f"Content-Length: {len(content)}\r\n\r\n".encode() + content)
+        answer = b"".join(iter(lambda: connection.recv(65536), b""))
+    except ConnectionError:
+        return 0, ""
+    head, _, rest = answer.partition(b"\r\n\r\n")
+    return (int(head.split()[1]), rest.decode()) if head else (0, "")
 
 
 def write_config(folder, config):
@@ -105,16 +121,7 @@ class OperatedDaemon:
             connection.settimeout(self.patience_s)
             connection.connect(("127.0.0.1", self.web_port()) if web
                                else str(self.folder / "pheromoned.sock"))
-            content = b"" if body is None else json.dumps(body).encode()
-            try:
-                connection.sendall(f"{method} {target} HTTP/1.1\r\nHost: localhost\r\n"
-                                   f"Connection: close\r\nContent-Length: {len(content)}\r\n\r\n"
-                                   .encode() + content)
-                answer = b"".join(iter(lambda: connection.recv(65536), b""))
-            except ConnectionError:
-                return 0, ""
-        head, _, rest = answer.partition(b"\r\n\r\n")
-        return (int(head.split()[1]), rest.decode()) if head else (0, "")
+            return exchange(connection, method, target, body)
 
     def healthy(self):
         return self.call("GET", "/healthz")[0] == 200

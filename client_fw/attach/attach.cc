@@ -117,6 +117,7 @@ class Attachment {
   }
 
   bool Leave() {
+    const int64_t ended_ms = now_ms_;  // from here on it asks nothing
     SayLine(now_ms_, "ending: stops the robot and closes its session");
     robot_.Leave();
     while (!robot_.left()) {
@@ -129,7 +130,7 @@ class Attachment {
     }
     const bool stands = robot_.stands();
     SayLine(now_ms_, stands ? "the robot stands" : "the robot did not confirm that it stands");
-    SayLine(now_ms_, reporter_.Summary());
+    SayLine(now_ms_, reporter_.Summary(ended_ms));
     return stands;
   }
 

@@ -71,6 +71,17 @@ std::string AlarmText(uint8_t alarms) {
   return Join(alarms, kAlarmTexts, ", ", ", ");
 }
 
+int64_t Silences::OnAnswer(int64_t now_ms) {
+  const int64_t ended_ms = now_ms - answered_ms_.value_or(now_ms);
+  longest_ms_ = longest_ms(now_ms);
+  answered_ms_ = now_ms;
+  return ended_ms;
+}
+
+int64_t Silences::longest_ms(int64_t now_ms) const {
+  return std::max(longest_ms_, now_ms - answered_ms_.value_or(now_ms));
+}
+
 // When a connection is back, the link to the Pioneer may not have noticed yet that its session is
 // gone: "session open" is told once it has.
 std::string Reporter::RobotText() {
@@ -127,8 +138,7 @@ void Reporter::LookForAnswers(int64_t now_ms) {
   if (answers_ == counters.answers) {
     return;
   }
-  const int64_t silence_ms = answers_ == 0 ? 0 : now_ms - answered_ms_;
-  longest_silence_ms_ = std::max(longest_silence_ms_, silence_ms);
+  const int64_t silence_ms = silences_.OnAnswer(now_ms);
   if (moved_ && answers_ != 0) {
     SayLine(now_ms, fmt::format("server {}: answers, {:.3f} s after the answer before",
                                 servers_->connection().address().text,
@@ -137,7 +147,6 @@ void Reporter::LookForAnswers(int64_t now_ms) {
   moved_ = false;
   move_text_.clear();
   answers_ = counters.answers;
-  answered_ms_ = now_ms;
 }
 
 void Reporter::Look(int64_t now_ms) {
@@ -163,14 +172,14 @@ std::string Reporter::Status() const {
                      wheels.left_mm_s, wheels.right_mm_s);
 }
 
-std::string Reporter::Summary() const {
+std::string Reporter::Summary(int64_t now_ms) const {
   const client::Counters& counters = robot_->conversation().counters();
   return fmt::format(
       "{} requests, {} answers, {} timeouts, {} late answers, {} errors, {} fail-safe stops; lost "
       "the robot {} times and the modem {} times; longest time without an answer {:.3f} s",
       counters.requests, counters.answers, counters.timeouts, counters.late_answers,
       counters.errors, counters.fail_safe_stops, robot_port_->losses(),
-      servers_->connection().losses(), static_cast<double>(longest_silence_ms_) / 1000);
+      servers_->connection().losses(), static_cast<double>(silences_.longest_ms(now_ms)) / 1000);
 }
 
 }  // namespace pheromone::attach

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "client_fw/attach/attached_robot.h"
@@ -31,6 +32,18 @@ std::string MotionText(uint8_t flags, bool trail_lost);
 /// What these client::Alarms are, each behind a comma.
 std::string AlarmText(uint8_t alarms);
 
+/// The times from one answer to the next; the last one lasts until now.
+class Silences {
+ public:
+  /// The silence that this answer ends, ms; 0 for the first one.
+  int64_t OnAnswer(int64_t now_ms);
+  int64_t longest_ms(int64_t now_ms) const;
+
+ private:
+  std::optional<int64_t> answered_ms_;
+  int64_t longest_ms_ = 0;
+};
+
 class Reporter {
  public:
   /// All must outlive the reporter.
@@ -42,7 +55,7 @@ class Reporter {
   /// Pose, intensities and wheel speeds.
   std::string Status() const;
   /// What happened in all.
-  std::string Summary() const;
+  std::string Summary(int64_t now_ms) const;
 
  private:
   std::string RobotText();
@@ -62,8 +75,7 @@ class Reporter {
   unsigned hellos_ = 0;   // answered before the last of them
   bool moved_ = false;    // and nothing to steer by has come since
   uint32_t answers_ = 0;
-  int64_t answered_ms_ = 0;
-  int64_t longest_silence_ms_ = 0;  // between two answers
+  Silences silences_;
 };
 
 }  // namespace pheromone::attach

@@ -34,6 +34,17 @@ TEST(AlarmText, GivesEveryAlarm) {
   }
 }
 
+TEST(Silences, TheLongestMayNotHaveEnded) {
+  Silences silences;
+  EXPECT_EQ(0, silences.longest_ms(5000));  // before the first answer
+  EXPECT_EQ(0, silences.OnAnswer(5000));
+  EXPECT_EQ(300, silences.OnAnswer(5300));
+  EXPECT_EQ(300, silences.longest_ms(5500));
+  EXPECT_EQ(900, silences.longest_ms(6200));
+  EXPECT_EQ(100, silences.OnAnswer(5400));
+  EXPECT_EQ(300, silences.longest_ms(5400));
+}
+
 // Standard output, while it exists, is a pipe.
 class OutputPipe {
  public:

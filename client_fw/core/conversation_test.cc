@@ -111,7 +111,7 @@ TEST(ConversationTest, AnswerNeedOnlyBeginInTheWindow) {
   harness.Greet();
   ASSERT_TRUE(harness.RunUntilSent());
   harness.Run(kTestWindowMs);
-  for (const uint8_t byte : Harness::FrameOf(harness.AnswerToSent(2048, 0))) {
+  for (const uint8_t byte : FrameOf(harness.AnswerToSent(2048, 0))) {
     harness.FeedByte(byte);
     harness.Run(2);
   }
@@ -125,7 +125,7 @@ TEST(ConversationTest, AnswerThatBreaksOffIsAMissAfterTheGapTimeout) {
   harness.Greet();
   ASSERT_TRUE(harness.RunUntilSent());
   harness.Run(kTestWindowMs);
-  const std::vector<uint8_t> frame = Harness::FrameOf(harness.AnswerToSent(0, 0));
+  const std::vector<uint8_t> frame = FrameOf(harness.AnswerToSent(0, 0));
   for (size_t i = 0; i < 6; ++i) {
     harness.FeedByte(frame[i]);
   }

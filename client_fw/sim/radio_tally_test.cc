@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <memory>
 
 #include "client_fw/sim/simulated_robot.h"
@@ -27,10 +26,8 @@ class Ear : public Station {
 
 void Pass(const protocol::Message& message, RadioTally* tally,
           void (RadioTally::*to)(uint8_t, int64_t)) {
-  std::array<uint8_t, protocol::kMaxFrame> frame{};
-  const size_t size = protocol::EncodeFrame(message, frame.data(), frame.size());
-  for (size_t i = 0; i < size; ++i) {
-    (tally->*to)(frame.at(i), 0);
+  for (const uint8_t byte : client::FrameOf(message)) {
+    (tally->*to)(byte, 0);
   }
 }
 

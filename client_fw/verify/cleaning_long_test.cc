@@ -3,26 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <iostream>
-
 #include "client_fw/verify/cleaning_check.h"
+#include "client_fw/verify/testing/proofs.h"
 
 namespace pheromone::verify {
 namespace {
-
-CleaningLimits Taking(int time) {
-  return {.clean_min = time, .clean_max = time};
-}
-
-int LongestGap(const CleaningResult& result) {
-  std::cout << result.states << " states (" << result.unfolded_states << " unfolded), gaps";
-  for (const int gap : result.gaps) {
-    std::cout << ' ' << gap;
-  }
-  std::cout << '\n';
-  return *std::max_element(result.gaps.begin(), result.gaps.end());
-}
 
 TEST(Table, LongestGaps) {
   struct Row {
@@ -32,7 +17,7 @@ TEST(Table, LongestGaps) {
   };
   for (const Row& row :
        {Row{4, 66, 60}, Row{5, 78, 68}, Row{6, 86, 80}, Row{7, 96, 88}, Row{8, 102, 100}}) {
-    const CleaningResult proof = ProveCleaning(Taking(row.time));
+    const CleaningResult proof = Print(ProveCleaning(Taking(row.time)));
     ASSERT_EQ(proof.verdict, Verdict::kProved);
     EXPECT_EQ(LongestGap(proof), row.longest) << row.time;
     EXPECT_EQ(proof.gaps[10], row.of_zone_11) << row.time;
@@ -62,23 +47,21 @@ TEST(Table, FourUnitsAZone) {
 
 TEST(Jitter, OnThreeByThree) {
   const CleaningResult proof =
-      ProveCleaning({.columns = 3, .rows = 3, .clean_min = 5, .clean_max = 6});
+      Print(ProveCleaning({.columns = 3, .rows = 3, .clean_min = 5, .clean_max = 6}));
   EXPECT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
-  LongestGap(proof);
 }
 
 TEST(Crash, OnTheWholeGrid) {
   CleaningLimits limits = Taking(5);
   limits.crashes = 1;
-  const CleaningResult proof = ProveCleaning(limits);
+  const CleaningResult proof = Print(ProveCleaning(limits));
   ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
   EXPECT_GE(LongestGap(proof), 115);  // one robot alone: far too long for zones of 10 %
 }
 
 TEST(Robots, ThreeOnThreeByThree) {
-  const CleaningResult proof = ProveCleaning({.columns = 3, .rows = 3, .robots = 3});
+  const CleaningResult proof = Print(ProveCleaning({.columns = 3, .rows = 3, .robots = 3}));
   EXPECT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
-  LongestGap(proof);
 }
 
 }  // namespace

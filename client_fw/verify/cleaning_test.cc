@@ -4,44 +4,27 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <iostream>
+#include <string>
 
 #include "client_fw/verify/cleaning_check.h"
+#include "client_fw/verify/testing/proofs.h"
 
 namespace pheromone::verify {
 namespace {
 
-const CleaningResult& Told(const CleaningResult& result) {
-  std::cout << result.states << " states (" << result.unfolded_states << " unfolded), "
-            << result.steps << " steps\n";
-  if (result.verdict == Verdict::kRefuted) {
-    std::cout << TraceText(result);
-  }
-  return result;
-}
-
-CleaningLimits Taking(int time) {
-  return {.clean_min = time, .clean_max = time};
-}
-
 // What is wrong in a refuted proof; empty: it was not refuted.
 std::string Wrong(const CleaningLimits& limits) {
-  const CleaningResult result = Told(ProveCleaning(limits));
+  const CleaningResult result = Print(ProveCleaning(limits));
   return result.verdict == Verdict::kRefuted ? result.wrong : "";
 }
 
 constexpr char kForgotten[] = "a zone need not be cleaned again";
 constexpr char kTwoInOneZone[] = "two robots";  // how it begins
 
-int LongestGap(const CleaningResult& result) {
-  return *std::max_element(result.gaps.begin(), result.gaps.end());
-}
-
 const CleaningStarts kSixAndSeven = {{5, 6}};
 
 TEST(Proof, ForAllTimeAndFromAnyStart) {
-  const CleaningResult proof = Told(ProveCleaning(Taking(5)));
+  const CleaningResult proof = Print(ProveCleaning(Taking(5)));
   ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
   EXPECT_EQ(LongestGap(proof), 78);
   EXPECT_EQ(proof.gaps[10], 68);  // of zone 11, the longest of those that soil fast
@@ -57,7 +40,7 @@ TEST(Proof, OneRobotAloneNeedsNoLease) {
 }
 
 TEST(Query, AllZonesBecomeClean) {
-  const CleaningResult four = Told(CheckCleanAfter(Taking(4), {}, 80, 30));
+  const CleaningResult four = Print(CheckCleanAfter(Taking(4), {}, 80, 30));
   EXPECT_EQ(four.verdict, Verdict::kProved);
   EXPECT_EQ(four.longest, 70);
   const CleaningResult five = CheckCleanAfter(Taking(5), {}, 80, 30);
@@ -66,7 +49,7 @@ TEST(Query, AllZonesBecomeClean) {
 }
 
 TEST(Query, AllZonesStayBelowTheThreshold) {
-  EXPECT_EQ(Told(CheckLevels(Taking(5), kSixAndSeven, 20, 51, 240)).verdict, Verdict::kProved);
+  EXPECT_EQ(Print(CheckLevels(Taking(5), kSixAndSeven, 20, 51, 240)).verdict, Verdict::kProved);
   EXPECT_EQ(CheckLevels(Taking(6), kSixAndSeven, 20, 51, 240).verdict, Verdict::kProved);
   EXPECT_EQ(CheckLevels(Taking(8), kSixAndSeven, 20, 51, 240).verdict, Verdict::kProved);
 }
@@ -90,7 +73,7 @@ TEST(Query, FromALittleMoreSoil) {
 // A robot that breaks down while it cleans leaves its sign, until the lease ends.
 TEST(Crash, TheOtherRobotTakesOver) {
   const CleaningResult proof =
-      Told(ProveCleaning({.columns = 3, .rows = 2, .robots = 2, .crashes = 1}));
+      Print(ProveCleaning({.columns = 3, .rows = 2, .robots = 2, .crashes = 1}));
   ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
   const CleaningResult sound = ProveCleaning({.columns = 3, .rows = 2, .robots = 2});
   EXPECT_GT(LongestGap(proof), LongestGap(sound));
@@ -98,21 +81,21 @@ TEST(Crash, TheOtherRobotTakesOver) {
 
 TEST(Jitter, CleaningMayTakeDifferentTimes) {
   const CleaningResult proof =
-      Told(ProveCleaning({.columns = 3, .rows = 2, .clean_min = 5, .clean_max = 6}));
+      Print(ProveCleaning({.columns = 3, .rows = 2, .clean_min = 5, .clean_max = 6}));
   EXPECT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
 }
 
 TEST(PassersBy, CannotDropASignThatIsLeased) {
   CleaningLimits limits{.columns = 2, .rows = 2, .passers_by = true};
   limits.clean_min = limits.clean_max = 2;
-  EXPECT_EQ(Told(ProveCleaning(limits)).verdict, Verdict::kProved);
+  EXPECT_EQ(Print(ProveCleaning(limits)).verdict, Verdict::kProved);
 }
 
 // An operator's sign in the middle of 3 x 3 zones, and in a corner.
 TEST(Signs, KeepAllRobotsAwayFromAClosedZoneForAllTime) {
   for (const uint16_t closed : {uint16_t{1u << 4}, uint16_t{1}}) {
     const CleaningResult proof =
-        Told(ProveCleaning({.columns = 3, .rows = 3, .robots = 2, .closed = closed}));
+        Print(ProveCleaning({.columns = 3, .rows = 3, .robots = 2, .closed = closed}));
     ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
     for (size_t zone = 0; zone < 9; ++zone) {
       EXPECT_EQ(proof.gaps[zone] == 0, (closed >> zone & 1) != 0) << zone + 1;
@@ -127,7 +110,7 @@ TEST(Signs, ThatCutTheFloorInTwoLetOnePartBeForgotten) {
 // At any moment an operator asks for any zone, twice.
 TEST(Signs, ToCleanAgainForgetNoZone) {
   const CleaningResult proof =
-      Told(ProveCleaning({.columns = 3, .rows = 2, .robots = 2, .asks = 2}));
+      Print(ProveCleaning({.columns = 3, .rows = 2, .robots = 2, .asks = 2}));
   ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
   const CleaningResult without = ProveCleaning({.columns = 3, .rows = 2, .robots = 2});
   EXPECT_GT(LongestGap(proof), LongestGap(without)) << "who is asked for goes first";
@@ -140,7 +123,7 @@ TEST(Fault, ASignThatIsNotOutdatedByACleaningKeepsARobotForEver) {
 
 TEST(Fault, RobotsThatMoveBetweenEqualsCanWanderForEver) {
   const CleaningResult result =
-      Told(ProveCleaning({.columns = 3, .rows = 2, .moves_between_equals = true}));
+      Print(ProveCleaning({.columns = 3, .rows = 2, .moves_between_equals = true}));
   EXPECT_EQ(result.verdict, Verdict::kRefuted);
   EXPECT_EQ(result.wrong, kForgotten);
   EXPECT_GT(result.repeats_from, 0u);

@@ -2,22 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <iostream>
 #include <string>
 
 #include "client_fw/verify/conversation_world.h"
 #include "client_fw/verify/explore.h"
+#include "client_fw/verify/testing/proofs.h"
 
 namespace pheromone::verify {
 namespace {
-
-Explored Told(const Explored& found) {
-  std::cout << found.states << " states, " << found.transitions << " transitions\n";
-  for (const std::string& step : found.trace) {
-    std::cout << "  " << step << '\n';
-  }
-  return found;
-}
 
 TEST(Explore, FindsTheShortestWayToWhatIsWrong) {
   const Model<int> model{.key = [](const int& n) { return std::to_string(n); },
@@ -69,15 +61,11 @@ TEST(Explore, ProvesThatEachStateThatMustCanFinish) {
 // Proved is that no change is made twice, that none that was acknowledged is missing, and that the
 // robot can always go on: whatever has happened, one more silence and HELLO suffice.
 void ExpectProved(const ConversationLimits& limits) {
-  const Explored found = Told(ExploreConversation(limits));
-  EXPECT_EQ(found.wrong, "");
-  EXPECT_EQ(found.verdict, Verdict::kProved);
+  ExpectProof(ExploreConversation(limits));
 }
 
 void ExpectRefuted(const ConversationLimits& limits, const std::string& wrong) {
-  const Explored found = Told(ExploreConversation(limits));
-  EXPECT_EQ(found.wrong, wrong);
-  EXPECT_EQ(found.verdict, Verdict::kRefuted);
+  ExpectRefutation(ExploreConversation(limits), wrong);
 }
 
 // Frames may be lost, overtake each other, and arrive again later.

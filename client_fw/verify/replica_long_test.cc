@@ -2,19 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <iostream>
-
-#include "client_fw/verify/explore.h"
 #include "client_fw/verify/replica_world.h"
+#include "client_fw/verify/testing/proofs.h"
 
 namespace pheromone::verify {
 namespace {
 
 void ExpectProvedAtLength(const ReplicaLimits& limits) {
-  const Explored found = ExploreReplicas(limits, 10'000'000);
-  std::cout << found.states << " states, " << found.transitions << " transitions\n";
-  EXPECT_EQ(found.wrong, "");
-  EXPECT_EQ(found.verdict, Verdict::kProved);
+  ExpectProof(ExploreReplicas(limits, 10'000'000));
 }
 
 TEST(Log, OfThreeLeadersWithTwoChanges) {

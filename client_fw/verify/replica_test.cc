@@ -3,33 +3,20 @@
 
 #include <gtest/gtest.h>
 
-#include <iostream>
 #include <string>
 
-#include "client_fw/verify/explore.h"
 #include "client_fw/verify/replica_world.h"
+#include "client_fw/verify/testing/proofs.h"
 
 namespace pheromone::verify {
 namespace {
 
-Explored Shown(const Explored& found) {
-  std::cout << found.states << " states, " << found.transitions << " transitions\n";
-  for (const std::string& step : found.trace) {
-    std::cout << "  " << step << '\n';
-  }
-  return found;
-}
-
 void ExpectProved(const ReplicaLimits& limits) {
-  const Explored found = Shown(ExploreReplicas(limits));
-  EXPECT_EQ(found.wrong, "");
-  EXPECT_EQ(found.verdict, Verdict::kProved);
+  ExpectProof(ExploreReplicas(limits));
 }
 
 void ExpectRefuted(const ReplicaLimits& limits, const std::string& wrong) {
-  const Explored found = Shown(ExploreReplicas(limits));
-  EXPECT_EQ(found.wrong, wrong);
-  EXPECT_EQ(found.verdict, Verdict::kRefuted);
+  ExpectRefutation(ExploreReplicas(limits), wrong);
 }
 
 // Any request may also arrive twice; all pages and answers may be late.

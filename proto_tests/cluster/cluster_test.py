@@ -4,7 +4,9 @@
     cluster_test.py BIN_DIR
 """
 
+import contextlib
 import json
+import os
 import pathlib
 import signal
 import subprocess
@@ -14,18 +16,22 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from cluster.machines import Machines  # noqa: E402
-from operated_daemon import await_that  # noqa: E402
-from stranger.client import Client, Refused  # noqa: E402
+from operated_daemon import PATIENCE_S, await_that  # noqa: E402
+from stranger.client import Client, NoAnswer, Refused  # noqa: E402
 from stranger.servers import Servers  # noqa: E402
+from test_config import link, map_of, pheromone  # noqa: E402
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 else None
+
+CONFIG = (map_of(10.0, 10.0) + pheromone(1, "trail", tau_s=60.0)
+          + link("modem", "pty", path="modem.pty", on=["a"]))
 
 
 class ClusterTest(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
-        self.machines = Machines(BIN, pathlib.Path(temporary.name))
+        self.machines = Machines(BIN, pathlib.Path(temporary.name), config=CONFIG)
         self.addCleanup(self.machines.close)
         self.leader = self.machines.leader()
         self.follower = next(it for it in self.machines.nodes if it != self.leader)
@@ -34,6 +40,10 @@ class ClusterTest(unittest.TestCase):
         line = Servers([self.machines.address(node) for node in nodes])
         self.addCleanup(line.close)
         return Client(line, number, timeout=0.075, tries=200)
+
+    def ctl(self, node, *words):
+        return subprocess.run([BIN / "pheromonectl", "--socket", "pheromoned.sock", *words], text=True,
+                              cwd=self.machines.folders[node], capture_output=True, check=False)
 
     def test_what_a_robot_lays_at_one_server_is_sensed_at_the_other(self):
         at_leader, at_follower = self.robot(1, self.leader), self.robot(2, self.follower)
@@ -60,21 +70,51 @@ class ClusterTest(unittest.TestCase):
         self.assertEqual(self.machines.role(self.leader), "follows")
         self.assertGreaterEqual(sequence, 4)
 
-    def test_a_leader_that_was_stopped_for_long_begins_again_from_its_journal(self):
+    def stop_leader(self):
+        process = self.machines.daemons[self.leader].process
+        process.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
+        return process
+
+    def test_a_leader_that_was_stopped_follows_if_it_has_nothing_uncommitted(self):
         robot = self.robot(3, self.follower)
         robot.hello(7)
-        stopped = self.machines.daemons[self.leader]
-        at_stopped = self.robot(4, self.leader)
-        at_stopped.hello(7)
-        stopped.process.send_signal(signal.SIGSTOP)
-        robot.deposit(1, 5000, 5000, 8)
-        self.assertEqual(self.machines.role(self.follower), "leads")
-        stopped.process.send_signal(signal.SIGCONT)
-        await_that(lambda: self.machines.role(self.leader) in ("", "follows"), "it notices")
-        if self.machines.role(self.leader) == "":  # it had made a change that never happened
-            self.assertEqual(stopped.process.wait(60), 1, stopped.log())
-            self.machines.start(self.leader)
         self.machines.await_equal()
+        stopped = self.stop_leader()
+        robot.deposit(1, 5000, 5000, 8)
+        await_that(lambda: self.machines.role(self.follower) == "leads", "the other one leads")
+        stopped.send_signal(signal.SIGCONT)
+        await_that(lambda: stopped.poll() is not None or self.machines.role(self.leader) == "follows",
+                   "it notices")
+        self.machines.await_equal()
+        self.assertIsNone(stopped.poll(), self.machines.daemons[self.leader].log())
+
+    def test_a_leader_that_was_stopped_with_an_uncommitted_change_ends(self):
+        robot, at_leader = self.robot(3, self.follower), self.robot(4, self.leader)
+        for it in (robot, at_leader):
+            it.hello(7)
+        self.machines.await_equal()
+        members = range(len(self.machines.etcd.processes))
+        for member in members:
+            self.machines.etcd.kill(member)
+        at_leader.tries = 1
+        with contextlib.suppress(NoAnswer, Refused):
+            at_leader.deposit(1, 5000, 5000, 1)
+
+        def has_uncommitted():
+            status = self.machines.status(self.leader)
+            return status["sequence"] > status["cluster"]["committed_sequence"]
+        await_that(has_uncommitted, "the leader has a change that the log does not have")
+        stopped = self.stop_leader()
+        for member in members:
+            self.machines.etcd.start(member)
+        robot.deposit(1, 5000, 5000, 8)
+        await_that(lambda: self.machines.role(self.follower) == "leads", "the other one leads")
+        stopped.send_signal(signal.SIGCONT)
+        self.assertEqual(stopped.wait(PATIENCE_S), 1, self.machines.daemons[self.leader].log())
+        self.machines.start(self.leader)
+        self.machines.await_equal()
+        self.assertEqual(self.machines.role(self.leader), "follows")
 
     def test_an_operator_at_the_follower_changes_the_map_and_halts_all(self):
         daemon = self.machines.daemons[self.follower]
@@ -93,7 +133,7 @@ class ClusterTest(unittest.TestCase):
         robot.sense(1, 5000, 5000, 0)
         status, text = daemon.call("POST", "/api/v1/halt", {})
         self.assertEqual(status, 200, text)
-        await_that(lambda: robot.sense(1, 5000, 5000, 0) and halted, "the halt comes")
+        await_that(lambda: robot.sense(1, 5000, 5000, 0) and halted, "the halt reaches robot 5")
 
     def test_a_reload_at_the_follower_is_that_of_the_leader(self):
         for node in self.machines.nodes:
@@ -104,17 +144,15 @@ class ClusterTest(unittest.TestCase):
         def are_changed():
             return all(json.loads(daemon.call("GET", "/api/v1/laws")[1])["pheromones"][0]["tau_s"] == 90
                        for daemon in self.machines.daemons.values())
-        await_that(are_changed, "the law is changed at both")
+        await_that(are_changed, "tau_s is 90 at both")
         self.machines.await_equal()
 
     def test_a_leader_hands_over_when_it_is_asked_to_and_when_it_stops(self):
         robot = self.robot(7, self.follower, self.leader)
         robot.hello(7)
-        ctl = [BIN / "pheromonectl", "--socket", "pheromoned.sock", "cluster"]
 
         def run(node, *words):
-            return subprocess.run([*ctl, *words], cwd=self.machines.folders[node], text=True,
-                                  capture_output=True, check=False)
+            return self.ctl(node, "cluster", *words)
         refused = run(self.follower, "step-down")
         self.assertEqual(refused.returncode, 1)
         self.assertIn(f"node {self.leader} does", refused.stderr)
@@ -127,6 +165,28 @@ class ClusterTest(unittest.TestCase):
         self.machines.daemons[self.follower].stop()
         self.assertEqual(self.machines.leader(), self.leader)
         robot.deposit(1, 5000, 5000, 1)
+
+    def test_a_link_of_another_node_is_elsewhere_and_not_down(self):
+        shown = self.ctl("b", "links")
+        self.assertRegex(shown.stdout, r"modem +pty +elsewhere .* at node a\n")
+        self.assertRegex(self.ctl("a", "links").stdout, r"modem +pty +up ")
+        halted = self.ctl("b", "halt")
+        self.assertEqual(halted.returncode, 0, halted)
+        self.assertIn("halt sent on 1 of 1 link\n"
+                      "  modem is at node a, to which the halt was passed on\n", halted.stdout)
+        examined = json.loads(self.ctl("b", "--json", "doctor").stdout)["findings"]
+        self.assertEqual([it for it in examined if it["level"] == "fault"], [])
+        found = {(it["subject"], it["looked_at"]): it["found"] for it in examined}
+        self.assertEqual(found["links", "link modem, pty"], "elsewhere: at node a")
+        self.assertNotIn(("channels", "link modem"), found)
+        self.assertEqual(found["ports", f"node b, TCP 127.0.0.1:{self.machines.ports['b']}"],
+                         "the server listens there")
+        self.machines.kill("a")
+        await_that(lambda: not self.machines.status("b")["cluster"]["peers"][0]["up"], "b notices")
+        halted = self.ctl("b", "halt")
+        self.assertEqual(halted.returncode, 1, halted)
+        self.assertIn("  modem is at node a, which is not connected; its robots were not told\n",
+                      halted.stdout)
 
     def test_without_a_majority_changes_are_refused_and_queries_answered(self):
         robot = self.robot(6, self.leader)
@@ -144,8 +204,10 @@ class ClusterTest(unittest.TestCase):
             except Exception:  # noqa: BLE001: silence until then
                 pass
             return refused
-        await_that(ask, "a change is refused")
+        await_that(ask, "a change is refused without a majority of etcd")
         self.assertEqual(refused[0], 7)
+        for words in (("cluster", "status"), ("--json", "cluster", "status")):
+            self.assertEqual(self.ctl(self.leader, *words).returncode, 1, words)
         robot.sense(1, 5000, 5000, 0)
 
 

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <boost/asio/awaitable.hpp>
@@ -82,7 +83,9 @@ class EtcdHarness : public LogHarness {
       const std::unique_ptr<ReplicatedLog> client = NewClient(one);
       bool is_ready = false;
       client->Follow(1, [&](const Result<Page>& page) { is_ready = is_ready || page.ok(); });
-      ASSERT_TRUE(RunUntil([&] { return is_ready; })) << ToText(endpoint);
+      ASSERT_TRUE(RunUntil([&] { return is_ready; }))
+          << "etcd at " << ToText(endpoint) << " knows no leader, expected one within "
+          << kMuchTooLong.count() << " s";
     }
   }
 
@@ -195,6 +198,46 @@ TEST_F(EtcdLogTest, ALostAnswerIsAskedForAtTheNextMember) {
   told.clear();
   relay->SetDecide(nullptr);  // a probe notices it
   EXPECT_TRUE(harness()->RunUntil([&] { return is_told(" responds"); }));
+}
+
+TEST_F(EtcdLogTest, AMemberThatComesAndGoesHasOneProbe) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  size_t probes = 0;
+  relay->SetDecide([&](std::string_view request) {
+    const bool is_probe = request.starts_with("POST /v3/kv/range");
+    probes += is_probe ? 1u : 0u;
+    return is_probe ? Relay::Fate::kHold : Relay::Fate::kPass;
+  });
+  const auto new_client = [&](const Endpoint& member, EtcdClient::OnMember on_member) {
+    return std::make_shared<EtcdClient>(harness()->io().get_executor(),
+                                        std::vector<Endpoint>{member}, std::chrono::minutes(1),
+                                        std::move(on_member));
+  };
+  const auto client = new_client(relay->endpoint(), nullptr);
+  bool is_down = false;
+  boost::asio::co_spawn(
+      harness()->io(),
+      [&]() -> boost::asio::awaitable<void> {
+        const std::string path = kStatusPath;
+        const std::string body = "{}";
+        for (int i = 0; i < 3; ++i) {
+          static_cast<void>(co_await client->Call(path, body));  // it is up
+          client->SetDown(0, Error{"down"});
+        }
+        is_down = true;
+      },
+      boost::asio::detached);
+  ASSERT_TRUE(harness()->RunUntil([&] { return is_down; }));
+  // When this one was probed twice, the other was probed by all that probe it.
+  size_t responds = 0;
+  const auto later =
+      new_client(Members().endpoints()[1],
+                 [&](const Endpoint&, const Status& status) { responds += status.ok() ? 1u : 0u; });
+  for (const size_t times : {1u, 2u}) {
+    later->SetDown(0, Error{"down"});
+    ASSERT_TRUE(harness()->RunUntil([&] { return responds == times; }));
+  }
+  EXPECT_EQ(probes, 1u);
 }
 
 TEST_F(EtcdLogTest, ALostAnswerToTakeLeadMayHaveSucceeded) {
@@ -325,6 +368,29 @@ TEST_F(EtcdLogTest, AFollowerReadsOnAfterACompaction) {
   EXPECT_TRUE(harness()->RunUntil([&] { return watches == 2; }));
 }
 
+// Without a compaction: to begin again at once would ask without end.
+TEST_F(EtcdLogTest, AWatchThatIsCanceledIsToldAndBegunAgain) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").term;
+  size_t watches = 0;
+  relay->SetMadeUp(R"({"result":{"canceled":true,"cancel_reason":"no leader"}})"
+                   "\n");
+  relay->SetDecide([&](std::string_view request) {
+    watches += IsWatch(request) ? 1u : 0u;
+    return IsWatch(request) && watches == 1 ? Relay::Fate::kMakeUp : Relay::Fate::kPass;
+  });
+  settings().members = {relay->endpoint()};
+  Follower follower(harness(), 1);
+  ASSERT_TRUE(harness()->RunUntil([&] { return watches == 2; }));
+  EXPECT_EQ(follower.errors(), std::vector<std::string>{"etcd at " + ToText(relay->endpoint()) +
+                                                        ": etcd canceled the watch: no leader"});
+  const std::vector<Group> groups = {MakeGroup(term, 1, 2)};
+  ASSERT_EQ(leader.Append(groups[0]), Appended::kCommitted);
+  ASSERT_TRUE(follower.AwaitGroups(1));
+  EXPECT_EQ(follower.groups(), groups);
+}
+
 TEST_F(EtcdLogTest, AGroupWhosePieceCannotBeReadIsReadAgain) {
   const std::unique_ptr<Relay> relay = NewRelay();
   WaitingLog leader(harness());
@@ -349,6 +415,29 @@ TEST_F(EtcdLogTest, AGroupWhosePieceCannotBeReadIsReadAgain) {
   EXPECT_TRUE(has_failed);
   EXPECT_EQ(follower.errors().size(), 1u);
   EXPECT_TRUE(follower.groups() == groups);
+}
+
+// A process that begins with it would take a page without it for a log that has lost it.
+TEST_F(EtcdLogTest, AFirstGroupWhosePieceCannotBeReadIsNotToldAsMissing) {
+  const std::unique_ptr<Relay> relay = NewRelay();
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").term;
+  const Group group = MakeGroup(term, 1, 3, 2'000'000);
+  ASSERT_EQ(leader.Append(group), Appended::kCommitted);
+  const std::string key = ToBase64(EtcdKeys(settings().cluster).Piece(group, 0));
+  bool has_failed = false;
+  relay->SetMadeUp("Not Found", 404);
+  relay->SetDecide([&](std::string_view request) {
+    const bool fails = !has_failed && request.find(key) != std::string_view::npos;
+    has_failed = has_failed || fails;
+    return fails ? Relay::Fate::kMakeUp : Relay::Fate::kPass;
+  });
+  settings().members = {relay->endpoint()};
+  Follower follower(harness(), 3);
+  ASSERT_TRUE(follower.AwaitPage());
+  EXPECT_TRUE(has_failed);
+  EXPECT_EQ(follower.errors().size(), 1u);
+  EXPECT_TRUE(follower.groups() == std::vector<Group>{group});
 }
 
 TEST_F(EtcdLogTest, TransferMovesTheLeadershipToTheOwnMember) {
@@ -401,6 +490,30 @@ TEST_F(EtcdLogTest, AnotherClusterInItsPlaceFencesALeader) {
   ASSERT_TRUE(Put(EtcdKeys(settings().cluster).id(), "another"));
   EXPECT_EQ(leader.Append(MakeGroup(term, 3, 2)), Appended::kFenced);
   EXPECT_EQ(leader.Append(group), Appended::kFenced);
+}
+
+TEST_F(EtcdLogTest, AnotherClusterInItsPlaceIsToldToWhoOnlyFollows) {
+  WaitingLog leader(harness());
+  const Term term = leader.TakeLead(0, "a").term;
+  const std::vector<Group> groups = {MakeGroup(term, 1, 2), MakeGroup(term, 3, 2)};
+  ASSERT_EQ(leader.Append(groups[0]), Appended::kCommitted);
+  Follower follower(harness(), 1);
+  ASSERT_TRUE(follower.AwaitGroups(1));
+  const std::string key = EtcdKeys(settings().cluster).id();
+  ASSERT_TRUE(Put(key, "another"));
+  ASSERT_TRUE(harness()->RunUntil([&] { return !follower.errors().empty(); }));
+  EXPECT_TRUE(follower.errors().front().ends_with(
+      ": key " + key + ": found \"another\", expected \"" + settings().new_id +
+      "\": this is another log; check addresses and data of etcd"))
+      << follower.errors().front();
+  std::optional<bool> is_taken;
+  follower.log().TakeLead(term, "b", [&](const Result<Leader>& now) { is_taken = now.ok(); });
+  ASSERT_TRUE(harness()->RunUntil([&] { return is_taken.has_value(); }));
+  EXPECT_FALSE(*is_taken);
+  ASSERT_TRUE(Put(key, settings().new_id));  // the addresses were wrong
+  ASSERT_EQ(leader.Append(groups[1]), Appended::kCommitted);
+  ASSERT_TRUE(follower.AwaitGroups(2));
+  EXPECT_EQ(follower.groups(), groups);
 }
 
 }  // namespace

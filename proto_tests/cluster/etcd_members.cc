@@ -9,10 +9,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
+
+#include "server/base/descriptor.h"
 
 namespace pheromone::cluster {
 namespace {
@@ -22,29 +23,6 @@ constexpr char kProgram[] = "/usr/bin/etcd";
 
 std::string NameOf(size_t member) {
   return "m" + std::to_string(member);
-}
-
-// Different ones: all are chosen before any is given back.
-std::vector<uint16_t> FreePorts(size_t count) {
-  std::vector<int> sockets;
-  std::vector<uint16_t> ports;
-  for (size_t i = 0; i < count; ++i) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-    auto* const generic = reinterpret_cast<sockaddr*>(&address);
-    if (bind(socket, generic, size) != 0 || getsockname(socket, generic, &size) != 0) {
-      throw std::runtime_error(std::string("no free port: ") + std::strerror(errno));
-    }
-    sockets.push_back(socket);
-    ports.push_back(ntohs(address.sin_port));
-  }
-  for (const int socket : sockets) {
-    close(socket);
-  }
-  return ports;
 }
 
 // In the child, where nothing may allocate.
@@ -58,6 +36,25 @@ std::vector<uint16_t> FreePorts(size_t count) {
 }
 
 }  // namespace
+
+// Different ones: all are chosen before any is given back.
+std::vector<uint16_t> FreePorts(size_t count) {
+  std::vector<Descriptor> sockets;
+  std::vector<uint16_t> ports;
+  for (size_t i = 0; i < count; ++i) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    const Descriptor& socket = sockets.emplace_back(::socket(AF_INET, SOCK_STREAM, 0));
+    auto* const generic = reinterpret_cast<sockaddr*>(&address);
+    if (bind(socket.get(), generic, size) != 0 || getsockname(socket.get(), generic, &size) != 0) {
+      throw std::runtime_error(SystemError("no free port"));
+    }
+    ports.push_back(ntohs(address.sin_port));
+  }
+  return ports;
+}
 
 EtcdMembers::EtcdMembers() {
   if (!std::filesystem::exists(kProgram)) {
@@ -127,7 +124,7 @@ void EtcdMembers::Start(size_t member) {
     Become(pointers, log.c_str());
   }
   if (process < 0) {
-    throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
+    throw std::runtime_error(SystemError("fork"));
   }
   processes_[member] = process;
 }
@@ -138,6 +135,15 @@ void EtcdMembers::Kill(size_t member) {
     waitpid(processes_[member], nullptr, 0);
     processes_[member] = 0;
   }
+}
+
+uint64_t EtcdMembers::DatabaseBytes() const {
+  uint64_t largest = 0;
+  for (size_t member = 0; member < kCount; ++member) {
+    largest = std::max<uint64_t>(
+        largest, std::filesystem::file_size(folder_ / (NameOf(member) + "/member/snap/db")));
+  }
+  return largest;
 }
 
 }  // namespace pheromone::cluster

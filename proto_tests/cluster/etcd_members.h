@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@
 #include "server/net/endpoint.h"
 
 namespace pheromone::cluster {
+
+/// TCP ports that nobody uses, all different.
+std::vector<uint16_t> FreePorts(size_t count);
 
 class EtcdMembers {
  public:
@@ -30,6 +34,8 @@ class EtcdMembers {
   void Start(size_t member);
   /// At once, as by a loss of power.
   void Kill(size_t member);
+  /// The largest of all members.
+  uint64_t DatabaseBytes() const;
 
  private:
   TemporaryFolder folder_;

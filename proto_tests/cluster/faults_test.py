@@ -11,7 +11,7 @@ Two machines with etcd and pheromoned, one with etcd only, in network namespaces
 over UDP and TCP with two servers, with one, and on a terminal; operators at both servers. `--seed` makes
 the same schedule again; it is printed. histories.py judges; what it says is wrong makes the exit status
 1, and `--keep FOLDER` keeps journals, histories and logs. Nothing is asserted about how long anything
-takes: latencies, silences and the times of halts are printed.
+takes, except that a halt comes at all: latencies, silences and the times of halts are printed.
 """
 
 import argparse
@@ -23,6 +23,7 @@ import re
 import signal
 import sys
 import tempfile
+import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
@@ -147,16 +148,10 @@ class Faults:
         tau_s = choice.choice([50.0, 60.0, 70.0])
         for it in SERVERS:
             self.scene.write_config(it, tau_s)
-        self._call(choice.choice(SERVERS), "/api/v1/reload")
+        call(self.scene, choice.choice(SERVERS), "/api/v1/reload")
 
     def step_down(self, _s, _choice):
-        self._call(self._leader(), "/api/v1/step-down")
-
-    def _call(self, node, target):
-        try:
-            return self.scene.call(node, "POST", target, {})[0]
-        except Call:
-            return 0
+        call(self.scene, self._leader(), "/api/v1/step-down")
 
 
 KINDS = [it for it in vars(Faults) if not it.startswith("_")]
@@ -176,12 +171,22 @@ def schedule(seed, count, pause_s, longest_s, kinds):
                choice.randrange(1 << 30))
 
 
+def call(scene, node, target):
+    """The status of a POST; 0: none."""
+    try:
+        return scene.call(node, "POST", target, {})[0]
+    except Call:
+        return 0
+
+
 class Run:
     def __init__(self, scene, planned, history):
         self.scene, self.planned, self.history = scene, planned, history
         self.faults = Faults(scene)
         self.heals = []   # (when, how)
-        self.halts = []   # (when, at which server, servers that it reaches)
+        self.halts, self.halted = histories.Halts(), []  # (when, at which server)
+        self.wrong = []
+        self.ending = threading.Event()
         self.made = []    # (when, kind)
 
     def wait(self, s):
@@ -194,7 +199,8 @@ class Run:
         now = time.monotonic()
         for it in [it for it in self.heals if all_of_them or it[0] <= now]:
             self.heals.remove(it)
-            it[1]()
+            with self.scene.lock:
+                it[1]()
 
     def run(self):
         for number, (pause_s, kind, length_s, seed) in enumerate(self.planned, 1):
@@ -203,67 +209,54 @@ class Run:
             print(f"{begin:.2f} fault {number}: {kind}, {length_s} s", flush=True)
             with self.scene.lock:
                 self.made.append((begin, kind))
-            how = getattr(self.faults, kind)(length_s, random.Random(seed))
+                how = getattr(self.faults, kind)(length_s, random.Random(seed))
             if how:
                 self.heals.append((begin + length_s, how))
         self.wait(3.0)
+        self.ending.set()
         self.heal_due(all_of_them=True)
         self.scene.heal()
 
     def halt(self):
-        """Until the end, at either server in turn."""
+        """Until the end of the faults, at either server in turn. Until a halt has come nothing fails and
+        nothing is mended: then it has to come."""
         number = 0
-        while not self.scene.ending.wait(1.3):
-            number += 1
-            node = SERVERS[number % 2]
-            before, at = self._reached(node), time.monotonic()
-            try:
-                status, _ = self.scene.call(node, "POST", "/api/v1/halt", {})
-            except Call:
-                continue
-            if status == 200:
-                self.halts.append((at, node, before & self._reached(node)))
+        self.history.touch()
+        with open(self.history, encoding="ascii") as history:
+            while not self.ending.wait(1.3):
+                number += 1
+                with self.scene.lock:
+                    self._halt(SERVERS[number % 2], history)
 
-    def _reached(self, node):
-        """The servers, this one too, that it reaches, and from which robots are."""
-        with self.scene.lock:
-            network = self.scene.network
-            return {it for it in SERVERS if self.scene.servers[node].runs()
-                    and self.scene.servers[it].runs()
-                    and (it == node or (network.passes(node, it) and network.passes(it, node)))
-                    and network.passes(it, FLOOR) and network.passes(FLOOR, it)}
+    def _halt(self, node, history):
+        reached = self.scene.reached(node)
+        if not reached:
+            return
+        self._feed(history)
+        at = time.monotonic()
+        self.halts.begin(at, {
+            robot: server for robot, (t, server) in self.halts.servers.items()
+            if t > self.scene.changed_at() and self.scene.robot_nodes[robot][server] in reached})
+        if call(self.scene, node, "/api/v1/halt") != 200:
+            return
+        while self.halts.missing() and not any(it.has_ended() for it in self.scene.servers.values()):
+            if time.monotonic() > at + AGAIN_S:
+                self.wrong += [f"the halt at {at:.2f} from {node} never came to robot {robot}"
+                               for robot in self.halts.missing()]
+                break
+            time.sleep(0.01)
+            self._feed(history)
+        self.halted.append((at, node))
+        self.halts.end()
 
-
-def robots_at(history, halts):
-    """Of each halt, the robots that were at a server that it reached: those that had been answered
-    there within the second before, and stayed. Halts after the robots' end are left out."""
-    end = max((it["t"] for it in history), default=0.0) - 0.5
-    by_robot = {}
-    for it in history:
-        if it["what"] in ("answer", "moved"):
-            by_robot.setdefault(it["robot"], []).append(it)
-    own = {"0:5": "a", "0:6": "b", "2:7": "a", "2:8": "b"}
-    backwards = {"0:2", "1:4"}
-    found = []
-    for at, _, reached in halts:
-        if at > end:
-            continue
-        robots = []
-        for robot, lines in by_robot.items():
-            before = [it for it in lines if at - 1.0 <= it["t"] < at]
-            after = [it for it in lines if at <= it["t"] < at + 0.5]
-            if not before or before[-1]["what"] != "answer" or any(it["what"] == "moved" for it in after):
-                continue
-            order = SERVERS[::-1] if robot in backwards else SERVERS
-            node = own.get(robot, order[before[-1]["server"] % 2])
-            if node in reached:
-                robots.append(robot)
-        found.append((at, robots))
-    return found
+    def _feed(self, history):
+        for it in histories.following(history):
+            self.halts.feed(it)
 
 
-def judge(run, folder, is_complete, groups, others=()):
-    """What is wrong, and prints figures."""
+def judge(run, folder, is_complete, logs, others=()):
+    """What is wrong, and prints figures. `logs`: the groups of the log while servers ran, and then."""
+    earlier, groups = logs
     scene, program = run.scene, run.scene.tests_dir / "replayed_journal"
     history = histories.read(run.history)
     hashed = {sequence for _, sequence, _ in scene.statuses}
@@ -273,15 +266,16 @@ def judge(run, folder, is_complete, groups, others=()):
         wrong += histories.check_journal(it, journal)
     wrong += histories.check_equal(journals)
     longest = max(journals.values(), key=lambda it: len(it.lines))
-    wrong += histories.check_groups(groups, longest)
+    wrong += histories.check_groups(earlier, groups, longest)
     wrong += histories.check_robots(history, longest, others)
     wrong += histories.check_operators(scene.edits, longest)
-    wrong += histories.check_hashes(scene.statuses, longest)
+    wrong += histories.check_hashes(scene.statuses, groups, longest)
     for it in SERVERS:  # in order, deposed, or at a second signal at once
         wrong += [f"{scene.servers[it].name} ended with status {status}"
                   for status in scene.servers[it].endings if status not in (0, 1, 143)]
     answered = histories.latencies(history)
-    found = histories.halt_delays(robots_at(history, run.halts), history)
+    wrong += run.wrong
+    found = run.halts.delays
     delays = [it[-1] for it in found]
     late = sum(it > HALT_S for it in delays)
     times = sorted(it for _, it in answered)
@@ -291,16 +285,16 @@ def judge(run, folder, is_complete, groups, others=()):
           f"log; servers ended by themselves "
           f"{sum(len(it.endings) for it in scene.servers.values())} times")
     run.rows = [("changes", times, "", max(times, default=0.0)),
-                ("halts", [it[-1] for it in found], "", max((it[-1] for it in found), default=0.0))]
+                ("halts", delays, "", max(delays, default=0.0))]
     print(f"changes: p50 {1000 * histories.quantile(times, 0.5):.0f} ms, p99 "
           f"{1000 * histories.quantile(times, 0.99):.0f} ms, longest {1000 * max(times, default=0):.0f} ms")
-    print(f"halts: {len(run.halts)}, to {len(delays)} robots: p50 "
+    print(f"halts: {len(run.halted)}, to {len(delays)} robots: p50 "
           f"{1000 * histories.quantile(delays, 0.5):.1f} ms, {late} later than {1000 * HALT_S:.0f} ms, "
-          f"{sum(it == float('inf') for it in delays)} never")
+          f"{len(run.wrong)} never")
     for at, robot, delay in found:
         if delay > HALT_S:
             last = max((it for it in run.made if it[0] < at), default=(0, "-"))
-            node = next(it[1] for it in run.halts if it[0] == at)
+            node = next(it[1] for it in run.halted if it[0] == at)
             print(f"  late: at {at:.2f} from {node} to {robot} {delay:.2f} s, {at - last[0]:.2f} s after "
                   f"{last[1]}")
     return wrong
@@ -336,9 +330,11 @@ def run_faults(options, planned, folder):
         scene.begin(run.halt)
         run.run()
         is_complete = scene.end_robots(AGAIN_S)
+        logs = [scene.groups()]
         is_complete = scene.await_equal(AGAIN_S) and is_complete
-        groups = scene.groups()
-    wrong = judge(run, folder, is_complete, groups)
+        scene.end_servers()
+        logs.append(scene.groups())
+    wrong = judge(run, folder, is_complete, logs)
     write(options, "all kinds" if not options.only else options.only, len(planned), run.rows)
     return wrong
 
@@ -347,20 +343,23 @@ def run_plant(options, folder):
     """Server a releases answers that the log does not have, and dies: whether that is found."""
     history = folder / "robots.jsonl"
     with Scene(options.bin_dir, options.tests_dir, folder, lies=True) as scene:
+        scene.servers["b"].kill(float("inf"))
+        await_that(lambda: scene.leader() == "a", "a leads")
+        scene.servers["b"].down_until = 0.0
+        await_that(lambda: scene.status("b")["cluster"]["role"] == "follows", "b follows")
+        history.touch()
         scene.begin_robots(options.seed, history)
-        scene.servers["b"].kill(time.monotonic() + 2.0)
-        await_that(lambda: scene.leader() == "a" and scene.status("b")["cluster"]["role"] == "follows",
-                   "a leads and b follows")
-        time.sleep(1.0)
-        scene.lie()
-        time.sleep(1.0)
+        await_that(lambda: len({robot for robot, _ in histories.answered_since(history, 0)})
+                   == len(scene.robot_nodes), "all robots are answered")
+        lied_at = scene.lie()
+        await_that(lambda: histories.answered_since(history, lied_at), "the lie is believed")
         scene.servers["a"].kill(float("inf"))
         await_that(lambda: scene.leader() == "b", "b leads")
-        time.sleep(1.0)
-        scene.end_robots(5.0)
-        scene.servers["b"].kill(float("inf"))
+        scene.end_robots(0)
+        scene.end_servers()
         journal = histories.Journal(options.tests_dir / "replayed_journal", folder / "b" / "state", ())
-    wrong = [it for it in histories.check_robots(histories.read(history), journal) if "is lost" in it]
+    lost = [it for it in histories.check_robots(histories.read(history), journal) if "is lost" in it]
+    wrong = [it for it in lost for _, body in histories.answered_since(history, lied_at) if body in it]
     print(f"planted: {len(wrong)} acknowledged changes are lost, as they should be; "
           + (wrong[0] if wrong else "none was found"))
     return [] if wrong else ["the planted fault was not found"]
@@ -412,7 +411,7 @@ def run_kills(options, folder):
         for number in range(options.leader_kills):
             await_that(lambda: scene.leader() and all(
                 scene.status(it)["cluster"]["role"] in ("leads", "follows") for it in SERVERS),
-                "both are well")
+                "both servers lead or follow")
             run.wait(2.0)
             kills.append(time.monotonic())
             getattr(run.faults, options.only or "kill_leader")(2.5, random.Random(number))
@@ -420,9 +419,11 @@ def run_kills(options, folder):
         run.wait(2.0)
         is_complete = scene.end_robots(AGAIN_S)
         driven = drivers.end()
+        logs = [scene.groups()]
         is_complete = scene.await_equal(AGAIN_S) and is_complete
-        groups = scene.groups()
-    wrong = judge(run, folder, is_complete, groups, [it[-1] for it in driven])
+        scene.end_servers()
+        logs.append(scene.groups())
+    wrong = judge(run, folder, is_complete, logs, [it[-1] for it in driven])
     lines = histories.read(history)
     pairs = [it for it in lines if it["robot"] in ("0:1", "0:2", "1:3", "1:4")]  # of servers
     over = [[s for at, s in histories.latencies(pairs) if t - s < at < t + 2.0] for t in kills]

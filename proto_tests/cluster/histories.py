@@ -6,7 +6,6 @@ It believes nobody: a robot's history is what went over its line, and what a jou
 applying its events again (replayed_journal), apart from any server.
 """
 
-import bisect
 import collections
 import json
 import subprocess
@@ -64,8 +63,14 @@ def check_equal(journals):
             return
 
 
-def check_groups(groups, journal):
-    """`groups`: (first event, events, term) of each in the log."""
+def log_end(groups):
+    """The first event that the log does not have."""
+    return groups[-1][0] + groups[-1][1] if groups else 0
+
+
+def check_groups(earlier, groups, journal):
+    """(first event, events, term) of each in the log, `earlier` while servers ran, and at the end: a
+    journal has committed events only, but servers may have died before they wrote the last ones."""
     end, before = None, 0
     for first, count, term in groups:
         if end is not None and first != end:
@@ -73,8 +78,9 @@ def check_groups(groups, journal):
         if term < before:
             yield f"the group at {first} has term {term}, after {before}"
         end, before = first + count, term
-    if end is None or end > len(journal.lines) + 1:
-        yield f"the log ends before event {end}, the journals after {len(journal.lines)}"
+    if not log_end(earlier) <= len(journal.lines) + 1 <= log_end(groups):
+        yield (f"the log ended before event {log_end(earlier)} and then {log_end(groups)}, the journals "
+               f"after {len(journal.lines)}")
 
 
 def check_robots(history, journal, others=()):
@@ -133,35 +139,79 @@ def check_operators(edits, journal):
         yield f"the edit at {place} um was made by nobody"
 
 
-def check_hashes(statuses, journal):
+def check_hashes(statuses, groups, journal):
     """`statuses`: (node, sequence, hash) that servers told of committed states."""
     found = journal.hashes()
     for node, sequence, told in statuses:
         if sequence in found and found[sequence] != told:
             yield f"{node} told hash {told} after event {sequence}, the replay has {found[sequence]}"
+        elif sequence >= log_end(groups):
+            yield (f"{node} told hash {told} after event {sequence} as committed, the log ends before "
+                   f"event {log_end(groups)}")
 
 
-def halt_delays(halts, history):
-    """(t, robot, s until it came) for each robot of each halt, (t, robots to be reached); without
-    those that came while the robots' program did not run."""
-    stalls = [(it["t"] - it["s"], it["t"]) for it in history if it["what"] == "stall"]
-    came = collections.defaultdict(list)
-    for it in history:
-        if it["what"] == "halt":
-            came[it["robot"]].append(it["t"])
-    found = []
-    for t, robots in halts:
-        for robot in robots:
-            at = bisect.bisect_left(came[robot], t)
-            delay = came[robot][at] - t if at < len(came[robot]) else float("inf")
-            if not any(begin < t + delay and t < end for begin, end in stalls):
-                found.append((t, robot, delay))
-    return found
+class Halts:
+    """Which robots a halt has to reach, and whether it does: fed with their history while it is made.
+
+        halts.begin(t, robots)          # {robot: the place of its server in its list}
+        while halts.missing(): ...      # more lines
+        halts.end()
+    """
+
+    def __init__(self):
+        self.servers = {}  # of each robot that has not moved since: when it was answered last, and where
+        self.delays = []   # (t, robot, s until it came), without those while the program did not run
+        self._t, self._waiting, self._came, self._stalls = 0.0, {}, [], []
+
+    def feed(self, it):
+        robot = it["robot"]
+        if it["what"] == "answer":
+            self.servers[robot] = it["t"], it["server"]
+        elif it["what"] == "moved":
+            self.servers.pop(robot, None)
+            self._waiting.pop(robot, None)
+        elif it["what"] == "stall":
+            self._stalls.append((it["t"] - it["s"], it["t"]))
+        elif it["what"] == "halt" and robot in self._waiting and it["t"] >= self._t:
+            del self._waiting[robot]
+            self._came.append((self._t, robot, it["t"] - self._t))
+
+    def begin(self, t, robots):
+        """Those that are still where they were."""
+        self._t, self._came = t, []
+        self._stalls = [it for it in self._stalls if it[1] > t]
+        self._waiting = {robot: server for robot, server in robots.items()
+                         if self.servers.get(robot, (0, None))[1] == server}
+
+    def missing(self):
+        return sorted(self._waiting)
+
+    def end(self):
+        self.delays += [(t, robot, s) for t, robot, s in self._came
+                        if not any(begin < t + s and t < end for begin, end in self._stalls)]
+        self._waiting = {}
 
 
 def read(path):
     with open(path, encoding="ascii") as file:
         return [json.loads(line) for line in file]
+
+
+def answered_since(path, t):
+    """(robot, body) of the changes that were begun after t and are answered."""
+    with open(path, encoding="ascii") as file:
+        history = list(following(file))
+    begun = {(it["robot"], it["body"]) for it in history if it["what"] == "sent" and it["t"] > t}
+    return begun & {(it["robot"], it["body"]) for it in history if it["what"] == "answer"}
+
+
+def following(file):
+    """What was added to one that is still written, in whole lines."""
+    while (at := file.tell(), line := file.readline())[1]:
+        if not line.endswith("\n"):
+            file.seek(at)
+            return
+        yield json.loads(line)
 
 
 def quantile(values, share):

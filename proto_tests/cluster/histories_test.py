@@ -11,6 +11,7 @@ from cluster import histories  # noqa: E402
 
 FIRST, SECOND = "01210001020304", "01210101020305"  # two changes of robot 0:1
 EDIT = (1000, 2000)
+GROUPS = [(1, 2, 5), (3, 2, 9)]
 
 
 class Stub(histories.Journal):
@@ -48,8 +49,9 @@ class HistoriesTest(unittest.TestCase):
         self.assertEqual(list(histories.check_journal("a", Stub(*SOUND))), [])
         self.assertEqual(list(histories.check_equal({"a": Stub(*SOUND), "b": Stub(*SOUND[:3])})), [])
         self.assertEqual(list(histories.check_operators([(*EDIT, 200)], Stub(*SOUND))), [])
-        self.assertEqual(list(histories.check_hashes([("a", 4, "ab")], Stub(*SOUND))), [])
-        self.assertEqual(list(histories.check_groups([(1, 2, 5), (3, 2, 9)], Stub(*SOUND))), [])
+        self.assertEqual(list(histories.check_hashes([("a", 4, "ab")], GROUPS, Stub(*SOUND))), [])
+        self.assertEqual(list(histories.check_groups(GROUPS[:1], GROUPS, Stub(*SOUND))), [])
+        self.assertEqual(list(histories.check_groups(GROUPS[:1], GROUPS, Stub(*SOUND[:3]))), [])
 
     def test_an_acknowledged_change_that_is_lost(self):
         self.finds(self.robots(SOUND[:3]), "was acknowledged and is lost")
@@ -94,18 +96,43 @@ class HistoriesTest(unittest.TestCase):
         self.finds(list(histories.check_operators([], Stub(*SOUND))), "by nobody")
 
     def test_a_hash_that_is_not_the_replays(self):
-        self.finds(list(histories.check_hashes([("a", 4, "cd")], Stub(*SOUND))), "told hash cd")
+        self.finds(list(histories.check_hashes([("a", 4, "cd")], GROUPS, Stub(*SOUND))), "told hash cd")
+
+    def test_a_committed_state_that_the_log_does_not_have(self):
+        self.finds(list(histories.check_hashes([("a", 4, "ab"), ("a", 5, "ef")], GROUPS, Stub(*SOUND))),
+                   "after event 5 as committed, the log ends before event 5")
+        self.finds(list(histories.check_groups(GROUPS, GROUPS, Stub(*SOUND, line(5, 30, "other")))),
+                   "the journals after 5")
+        self.finds(list(histories.check_groups(GROUPS, GROUPS, Stub(*SOUND[:3]))), "the journals after 3")
 
     def test_groups_that_leave_a_gap_or_go_back_to_an_earlier_term(self):
-        self.finds(list(histories.check_groups([(1, 2, 5), (4, 1, 5)], Stub(*SOUND))), "follows one that")
-        self.finds(list(histories.check_groups([(1, 2, 9), (3, 2, 5)], Stub(*SOUND))), "term 5, after 9")
+        self.finds(list(histories.check_groups([], [(1, 2, 5), (4, 1, 5)], Stub(*SOUND))), "follows one that")
+        self.finds(list(histories.check_groups([], [(1, 2, 9), (3, 2, 5)], Stub(*SOUND))), "term 5, after 9")
+
+    def halts(self, *lines):
+        halts = histories.Halts()
+        for it in HISTORY:
+            halts.feed({"server": 0, **it})
+        halts.begin(2.0, {"0:1": 0, "0:2": 0})  # the second is not there any more
+        for it in lines:
+            halts.feed(it)
+        return halts
 
     def test_a_halt_that_comes_late(self):
         halt = {"t": 2.3, "robot": "0:1", "what": "halt", "server": 0}
-        found = histories.halt_delays([(2.0, ["0:1"])], [*HISTORY, halt])
-        self.assertEqual([(t, robot, round(s, 3)) for t, robot, s in found], [(2.0, "0:1", 0.3)])
-        stall = {"t": 2.3, "robot": "-", "what": "stall", "s": 0.25}
-        self.assertEqual(histories.halt_delays([(2.0, ["0:1"])], [stall, halt]), [])
+        halts = self.halts(halt)
+        self.assertEqual(halts.missing(), [])
+        halts.end()
+        self.assertEqual([(t, robot, round(s, 3)) for t, robot, s in halts.delays], [(2.0, "0:1", 0.3)])
+        halts = self.halts(halt, {"t": 2.3, "robot": "-", "what": "stall", "s": 0.25})
+        halts.end()
+        self.assertEqual(halts.delays, [])
+
+    def test_a_halt_that_never_comes(self):
+        earlier = {"t": 1.9, "robot": "0:1", "what": "halt", "server": 0}
+        self.assertEqual(self.halts(earlier).missing(), ["0:1"])
+        self.assertEqual(self.halts({"t": 2.1, "robot": "0:1", "what": "moved", "server": 1}).missing(), [])
+
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 are dropped, and it is told that they are in the log. For a checker that has to notice that.
 
     lying_relay.py CLUSTER PORT=HOST:PORT...       lies from the first line of its standard input on
+
+Once it lies it prints a line.
 """
 
 import base64
@@ -82,6 +84,7 @@ def main():
                          daemon=True).start()
     sys.stdin.readline()
     relay.lies = True
+    print("lies", flush=True)
     sys.stdin.read()
 
 

@@ -37,26 +37,40 @@ def free_ports(count):
     return ports
 
 
-class Etcd:
-    """Members on this machine, with the times that a cluster of one room has."""
+def etcd_command(name, folder, clients, peers):
+    """Of the member of this name, with the times that a cluster of one room has. `clients` and `peers`
+    have the URL of each member."""
+    program = shutil.which("etcd")
+    check(program, "no etcd on this machine: apt-get install etcd-server")
+    return [program, "--name", name, "--data-dir", folder,
+            "--listen-client-urls", clients[name], "--advertise-client-urls", clients[name],
+            "--listen-peer-urls", peers[name], "--initial-advertise-peer-urls", peers[name],
+            "--initial-cluster", ",".join(f"{it}={peer}" for it, peer in peers.items()),
+            "--initial-cluster-state", "new", "--pre-vote", "--heartbeat-interval", "30",
+            "--election-timeout", "300", "--log-level", "error", "--logger", "zap"]
 
-    HEARTBEAT_MS, ELECTION_MS = 30, 300
+
+def prepare(folder):
+    """For a server of a cluster."""
+    folder.mkdir(exist_ok=True)
+    (folder / "secret").write_text(SECRET)
+    (folder / "secret").chmod(0o600)
+
+
+def cluster_table(node, engine, nodes):
+    return table("cluster", name="test", node=node, engine=engine, nodes=nodes, secret_file="secret")
+
+
+class Etcd:
+    """Members on this machine."""
 
     def __init__(self, folder, members=3):
-        program = shutil.which("etcd")
-        check(program, "no etcd on this machine: apt-get install etcd-server")
         ports = free_ports(2 * members)
         self.clients = [f"http://127.0.0.1:{port}" for port in ports[:members]]
-        peers = [f"http://127.0.0.1:{port}" for port in ports[members:]]
-        cluster = ",".join(f"m{i}={peer}" for i, peer in enumerate(peers))
-        self.commands = [[program, "--name", f"m{i}", "--data-dir", folder / f"m{i}",
-                          "--listen-client-urls", self.clients[i],
-                          "--advertise-client-urls", self.clients[i],
-                          "--listen-peer-urls", peers[i], "--initial-advertise-peer-urls", peers[i],
-                          "--initial-cluster", cluster, "--initial-cluster-state", "new",
-                          "--pre-vote", "--heartbeat-interval", str(self.HEARTBEAT_MS),
-                          "--election-timeout", str(self.ELECTION_MS), "--log-level", "error",
-                          "--logger", "zap"] for i in range(members)]
+        names = [f"m{i}" for i in range(members)]
+        clients = dict(zip(names, self.clients))
+        peers = {name: f"http://127.0.0.1:{port}" for name, port in zip(names, ports[members:])}
+        self.commands = [etcd_command(name, folder / name, clients, peers) for name in names]
         self.log = folder / "etcd.log"
         self.processes = [None] * members
         for i in range(members):
@@ -88,9 +102,7 @@ class Machines:
         self.robots = dict(zip(nodes, free_ports(len(nodes))))
         self.daemons = {}
         for node in nodes:
-            self.folders[node].mkdir()
-            (self.folders[node] / "secret").write_text(SECRET)
-            (self.folders[node] / "secret").chmod(0o600)
+            prepare(self.folders[node])
             (self.folders[node] / "test.toml").write_text(self.config(node, config))
         try:
             self.start(*nodes)
@@ -103,9 +115,8 @@ class Machines:
         return ((more or map_of(10.0, 10.0) + pheromone(1, "trail", tau_s=60.0))
                 + link("udp", "udp", listen=f"127.0.0.1:{self.robots[node]}")
                 + table("journal", folder="state")
-                + table("cluster", name="test", node=node, engine=self.etcd.clients,
-                        nodes={it: f"127.0.0.1:{port}" for it, port in self.ports.items()},
-                        secret_file="secret"))
+                + cluster_table(node, self.etcd.clients,
+                                {it: f"127.0.0.1:{port}" for it, port in self.ports.items()}))
 
     def start(self, *nodes):
         """All of them at once: the first that is up may need the others."""
@@ -143,7 +154,7 @@ class Machines:
         def look():
             found[:] = [node for node in self.running() if self.role(node) == "leads"]
             return len(found) == 1
-        await_that(look, "a server leads")
+        await_that(look, lambda: f"one server leads; found {found}")
         return found[0]
 
     def await_equal(self):
@@ -155,7 +166,7 @@ class Machines:
                 status = self.status(node, True)
                 hashes[node] = (status["sequence"], status["state_hash"])
             return len(set(hashes.values())) == 1
-        await_that(look, "all have the same state")
+        await_that(look, lambda: f"all have the same sequence and state; found {hashes}")
         return next(iter(hashes.values()))
 
     def address(self, node):

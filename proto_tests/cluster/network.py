@@ -12,13 +12,20 @@ router without a word, so that neither end learns of it, as behind a broken swit
 import os
 import shutil
 import subprocess
+import time
 
 NET = "10.77"
 
 
-def can_make():
+def can_make(*others):
+    """`others`: options of unshare for other namespaces."""
     return os.geteuid() == 0 and shutil.which("ip") is not None and subprocess.run(
-        ["unshare", "-n", "true"], stderr=subprocess.DEVNULL).returncode == 0
+        ["unshare", "-n", *others, "true"], stderr=subprocess.DEVNULL).returncode == 0
+
+
+def address(number):
+    """Of the machine of this number, from 1 on."""
+    return f"{NET}.{number}.2"
 
 
 class Network:
@@ -26,6 +33,7 @@ class Network:
         self.prefix = f"ph{os.getpid()}"
         self.names = list(names)
         self.cuts = set()
+        self.changed_at = 0.0
         self._namespaces = []
         try:
             self._make()
@@ -34,7 +42,7 @@ class Network:
             raise
 
     def address(self, name):
-        return f"{NET}.{self.names.index(name) + 1}.2"
+        return address(self.names.index(name) + 1)
 
     def space(self, name):
         return f"{self.prefix}{name}"
@@ -77,6 +85,7 @@ class Network:
             self.mend(of, to)
 
     def _rule(self, what, of, to):
+        self.changed_at = time.monotonic()
         self._ip("-n", self.space("router"), "rule", what, "from", self.address(of), "to",
                  self.address(to), "blackhole")
 

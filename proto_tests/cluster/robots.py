@@ -32,13 +32,13 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
-from stranger.client import InUse, answer_in, open_terminal  # noqa: E402
-from stranger.wire import (BUSY, EVERYBODY, HALT, PAD, Decoder, NotAMessage, build,  # noqa: E402
-                           build_hello, encode, parse)
+from stranger.client import InUse, answer_in, mutates, open_terminal  # noqa: E402
+from stranger.wire import (BUSY, EVERYBODY, HALT, PAD, READ_ONLY, SAY_HELLO, Decoder,  # noqa: E402
+                           NotAMessage, build, build_hello, encode, parse)
 
-READ_ONLY, SAY_HELLO = 8, 6
 REPEAT_S, QUERY_EVERY_S, THINK_S = 0.2, 0.1, 0.12
-SILENT_S, QUERY_SILENT_S, STUCK_S, LISTED_SILENCE_S = 0.15, 0.04, 3.0, 0.2
+SILENT_S, QUERY_SILENT_S, STUCK_S, INQUIRY_S = 0.15, 0.04, 1.0, 1.0
+LISTED_SILENCE_S = 0.2
 TICK_S, LISTED_STALL_S = 0.01, 0.05
 TAG, TRAIL = 0, 1
 CENTRE = 5000  # of the map, in mm
@@ -54,11 +54,16 @@ class Robot:
         self.nonce = self.random.randrange(1, 65536)
         self.epoch, self.next_seq, self.count = None, 0, 0
         self.hello_due = 0.0
-        self.change, self.change_at, self.change_since, self.change_due = None, 0.0, 0.0, 0.0
+        self.change, self.change_since, self.change_at, self.change_due = None, 0.0, 0.0, 0.0
         self.query, self.query_at = None, 0.0
+        self.unanswered = None     # the last request, while nothing has come since
         self.unanswered_at = None  # the first request without a frame after it
         self.asked_at = None       # the same, of queries and HELLO
-        self.heard_at = time.monotonic()
+        self.moves = 0             # since a frame came
+        self.arrived_at = 0.0
+        self.gone = ""             # why the server is
+        self.heard = False         # from this server
+        self.doubtful = False      # whether it has the same state
         self.answered_at = None
         self.retry_at = 0.0
         self.is_registered = False
@@ -88,39 +93,64 @@ class Robot:
                     one.connect((host, int(port)))
                 self.connecting = kind == "tcp"
                 self.fd = one.detach()
+            if not self.connecting and self.unanswered:
+                self.write(self.unanswered, now)
         except (OSError, InUse) as error:
-            self.retry_at = now + 0.05
-            if len(self.addresses) > 1:
-                self.go_on(now, str(error))
+            self.lose(now, str(error))
 
     def close(self):
         if self.fd >= 0:
             os.close(self.fd)
         self.fd = -1
 
+    def lose(self, now, why):
+        self.close()
+        self.retry_at = now + 0.05
+        self.gone = why
+
+    def why_leave(self, now):
+        """The rules of section 8, "Several servers"; empty: it stays."""
+        rounds = self.moves // len(self.addresses)
+        longer = 1 << min(rounds, 2)
+        if self.gone and (rounds == 0 or now - self.arrived_at >= SILENT_S * longer):
+            return self.gone
+        if self.unanswered_at is not None and self.asked_at is not None and (
+                now - self.unanswered_at >= SILENT_S * longer
+                and now - self.asked_at >= QUERY_SILENT_S * longer):
+            return "silent"
+        return "stuck" if self.change and self.change_at - self.change_since >= STUCK_S else ""
+
     def go_on(self, now, why):
         self.close()
         self.server = (self.server + 1) % len(self.addresses)
-        self.retry_at = now + 0.05
-        self.unanswered_at = self.asked_at = None
-        self.change_due = 0.0  # at once
-        self.query = None
+        self.moves += 1
+        self.arrived_at, self.gone, self.heard = now, "", False
+        self.doubtful = self.epoch is not None
+        self.unanswered_at = now if self.unanswered else None
+        self.asked_at = now if self.unanswered and not mutates(self.unanswered) else None
         self.change_since = now
-        if len(self.addresses) > 1:
-            self.tell("moved", server=self.server, why=why)
-            self.hello_due = min(self.hello_due, now)
+        self.change_due = self.hello_due = 0.0  # at once
+        self.tell("moved", server=self.server, why=why)
+        self.connect(now)
 
-    def send(self, body, now, is_query):
+    def send(self, body, now):
+        """A request; it waits for a connection."""
+        self.unanswered = body
         if self.unanswered_at is None:
             self.unanswered_at = now
-        if is_query and self.asked_at is None:
+        if self.asked_at is None and not mutates(body):
             self.asked_at = now
+        if not self.connecting:
+            self.write(body, now)
+
+    def write(self, body, now):
         try:
-            os.write(self.fd, PAD + encode(body))
+            if self.fd >= 0:
+                os.write(self.fd, PAD + encode(body))
         except BlockingIOError:
             pass
         except OSError as error:
-            self.go_on(now, str(error))
+            self.lose(now, str(error))
 
     def is_ready(self):
         """Something can be read, or the connection was made."""
@@ -129,20 +159,21 @@ class Robot:
             with socket.socket(fileno=os.dup(self.fd)) as one:
                 error = one.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
             if error:
-                self.go_on(now, os.strerror(error))
+                self.lose(now, os.strerror(error))
                 return
             self.connecting = False
-            self.change_due = 0.0
+            if self.unanswered:
+                self.write(self.unanswered, now)
             return
         try:
             data = os.read(self.fd, 4096)
         except BlockingIOError:
             return
         except OSError as error:
-            self.go_on(now, str(error))
+            self.lose(now, str(error))
             return
         if not data:
-            self.go_on(now, "closed")
+            self.lose(now, "closed")
             return
         for body in self.decoder.feed(data):
             self.hear(body, now)
@@ -152,6 +183,8 @@ class Robot:
     def hear(self, body, now):
         if body[0] not in (self.number, EVERYBODY):
             return
+        self.unanswered = self.unanswered_at = self.asked_at = None
+        self.moves, self.gone, self.heard = 0, "", True
         try:
             message = parse(body)
         except NotAMessage as error:
@@ -161,11 +194,9 @@ class Robot:
             if message.fields["code"] == HALT:
                 self.tell("halt", server=self.server)
             if body[0] == self.number:
-                self.send(build("COMMAND_ACK", self.number, seq=message.fields["seq"],
-                                code=message.fields["code"], result=0), now, False)
+                self.write(build("COMMAND_ACK", self.number, seq=message.fields["seq"],
+                                 code=message.fields["code"], result=0), now)
             return
-        self.unanswered_at = self.asked_at = None
-        self.heard_at = now
         if self.query and answer_in(body, self.query):
             self.query = None
             self.answered(now)
@@ -180,7 +211,7 @@ class Robot:
         self.answered_at = now
 
     def greeted(self, fields, now):
-        self.hello_due = float("inf")
+        self.doubtful = False
         self.tell("hello", epoch=fields["epoch"], last_seq=fields["last_seq"])
         if self.epoch is None:
             self.next_seq = (fields["last_seq"] + 1) % 256
@@ -199,8 +230,7 @@ class Robot:
                 return
             if reason == SAY_HELLO:
                 self.tell("wrong", why=f"has to say hello, {self.change.hex()}")
-                self.hello_due = min(self.hello_due, now)
-                self.change_due = now + REPEAT_S
+                self.change, self.doubtful = None, True
                 return
         self.tell("answer", body=self.change.hex(), answer=body.hex(), server=self.server)
         if message.name == "SYMBOL_ANSWER":
@@ -232,35 +262,32 @@ class Robot:
                      argument=self.count % 30000)
 
     def step(self, now):
-        if self.fd < 0:
-            if now >= self.retry_at:
-                self.connect(now)
-            return
         if len(self.addresses) > 1:
-            if self.unanswered_at is not None and now - self.unanswered_at > SILENT_S:
-                return self.go_on(now, "silent")
-            if self.asked_at is not None and now - self.asked_at > QUERY_SILENT_S and not self.connecting:
-                return self.go_on(now, "silent")
-            if self.change and self.epoch is not None and now - self.change_since > STUCK_S:
-                return self.go_on(now, "stuck")
+            if why := self.why_leave(now):
+                self.go_on(now, why)
         elif self.unanswered_at is not None and now - self.unanswered_at > 2.0 and \
                 not self.addresses[0].startswith("udp:"):
-            return self.go_on(now, "silent")  # the terminal may be another one by now
-        if self.connecting:
-            if self.unanswered_at is None:
-                self.unanswered_at = now
+            self.unanswered_at = None
+            self.lose(now, "silent")  # the terminal may be another one by now
+        if self.fd < 0 and (not self.gone or len(self.addresses) == 1 and now >= self.retry_at):
+            self.gone = ""
+            self.connect(now)
+        if self.fd < 0:
             return
-        if self.change is None and now >= self.hello_due:
-            self.hello_due = now + (1.0 if self.epoch is not None else REPEAT_S)
-            self.send(build_hello(self.number, self.nonce), now, False)
-        if self.epoch is None or self.fd < 0:
+        if self.epoch is None:
+            if now >= self.hello_due:
+                self.hello_due = now + REPEAT_S
+                self.send(build_hello(self.number, self.nonce), now)
             return
-        if self.query is None or now - self.query_at >= QUERY_EVERY_S:
-            if now - self.query_at >= QUERY_EVERY_S:
-                self.query = build("SENSE", self.number, type=TRAIL, x=CENTRE, y=CENTRE, heading=0)
-                self.query_at = now
-                self.send(self.query, now, True)
-        if self.fd < 0 or now < self.change_due:
+        if self.doubtful and self.heard and not self.unanswered and not self.change and \
+                now >= self.hello_due:
+            self.hello_due = now + INQUIRY_S
+            self.write(build_hello(self.number, self.nonce), now)  # it is not waited for
+        if now - self.query_at >= QUERY_EVERY_S:
+            self.query = build("SENSE", self.number, type=TRAIL, x=CENTRE, y=CENTRE, heading=0)
+            self.query_at = now
+            self.send(self.query, now)
+        if now < self.change_due:
             return
         if self.change is None:
             if self.ends:
@@ -268,8 +295,8 @@ class Robot:
             self.change = self.next_change()
             self.change_since = now
             self.tell("sent", body=self.change.hex())
-        self.change_due = now + REPEAT_S
-        self.send(self.change, now, False)
+        self.change_at, self.change_due = now, now + REPEAT_S
+        self.send(self.change, now)
 
 
 def main():

@@ -9,7 +9,6 @@ import contextlib
 import json
 import os
 import pathlib
-import shutil
 import signal
 import socket
 import struct
@@ -19,14 +18,15 @@ import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
-from asking_robot import check  # noqa: E402
-from cluster.machines import SECRET, Etcd  # noqa: E402
+from cluster.machines import cluster_table, etcd_command, prepare  # noqa: E402
 from cluster.network import Network  # noqa: E402
-from operated_daemon import await_that  # noqa: E402
+from operated_daemon import await_that, exchange  # noqa: E402
 from test_config import link, map_of, pheromone, pty, table  # noqa: E402
 
 SERVERS, WITNESS, FLOOR = "ab", "w", "f"
 ETCD_PORT, ETCD_PEERS, PEERS, UDP, TCP = 2379, 2380, 8390, 4951, 4950
+ROBOTS = [("udp", "ab"), ("udp", "ba"), ("tcp", "ab"), ("tcp", "ba"), ("udp", "a"), ("udp", "b"),
+          ("pty", "a"), ("pty", "b")]  # their links and servers
 RELAY_PORTS = (3001, 3002, 3003)
 RESTART_S = 0.2  # of what has ended by itself
 CALL_S = 1.0
@@ -50,9 +50,11 @@ class Process:
         self.stopped_until = None
         self.endings = []  # statuses of those that ended by themselves
         self.starts = 0
+        self.changed_at = 0.0
 
     def start(self):
         self.starts += 1
+        self.changed_at = time.monotonic()
         with open(self.log, "ab") as log:
             log.write(f"--- start {self.starts} at {time.monotonic():.3f}\n".encode())
             log.flush()
@@ -63,7 +65,7 @@ class Process:
         with self.lock:
             if self.stopped_until is not None and now >= self.stopped_until:
                 self.resume()
-            if self.process is not None and self.process.poll() is not None:
+            if self.has_ended():
                 self.endings.append(self.process.returncode)
                 self._clear()
                 self.down_until = max(self.down_until, now + RESTART_S)
@@ -81,6 +83,7 @@ class Process:
 
     def _clear(self):
         self.process = None
+        self.changed_at = time.monotonic()
         if self.leaves:
             self.leaves.unlink(missing_ok=True)
 
@@ -90,11 +93,13 @@ class Process:
             if self.process is not None:
                 self.resume()
                 self.process.terminate()
+                self.changed_at = time.monotonic()
 
     def stop(self, until):
         with self.lock:
             if self.process is not None:
                 self.stopped_until = until
+                self.changed_at = time.monotonic()
                 self.process.send_signal(signal.SIGSTOP)
 
     def resume(self):
@@ -102,6 +107,10 @@ class Process:
             self.stopped_until = None
             if self.process is not None:
                 self.process.send_signal(signal.SIGCONT)
+                self.changed_at = time.monotonic()
+
+    def has_ended(self):
+        return self.process is not None and self.process.poll() is not None
 
     def runs(self):
         return self.process is not None and self.stopped_until is None
@@ -115,7 +124,8 @@ class Scene:
         self.lock = threading.RLock()
         self.network = Network(SERVERS + WITNESS + FLOOR)
         self.servers, self.etcds, self.robots, self.relay = {}, {}, None, None
-        self.statuses, self.edits, self.halts = [], [], []
+        self.robot_nodes = {}  # their servers, in the order of their lists
+        self.statuses, self.edits = [], []
         self.leaders = []  # (time, node, term), whenever it is told
         self.edit_count = 0
         self.ending = threading.Event()
@@ -127,34 +137,24 @@ class Scene:
             raise
 
     def _make(self, bin_dir, lies):
-        program = shutil.which("etcd")
-        check(program, "no etcd on this machine: apt-get install etcd-server")
-        peers = ",".join(f"{it}=http://{self.network.address(it)}:{ETCD_PEERS}"
-                         for it in SERVERS + WITNESS)
+        clients, peers = ({it: f"http://{self.network.address(it)}:{port}" for it in SERVERS + WITNESS}
+                          for port in (ETCD_PORT, ETCD_PEERS))
         members = [f"{self.network.address(it)}:{ETCD_PORT}" for it in SERVERS + WITNESS]
-        self.engine = {it: [f"http://{member}" for member in members] for it in SERVERS}
+        self.engine = {it: list(clients.values()) for it in SERVERS}
         if lies:
             self.engine["a"] = [f"http://127.0.0.1:{port}" for port in RELAY_PORTS]
             self.relay = subprocess.Popen(self.network.command("a", [
                 sys.executable, pathlib.Path(__file__).parent / "lying_relay.py", "test",
                 *[f"{port}={member}" for port, member in zip(RELAY_PORTS, members)]]),
-                stdin=subprocess.PIPE)
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         for it in SERVERS + WITNESS:
             (self.folder / it).mkdir()
-            client = f"http://{self.network.address(it)}:{ETCD_PORT}"
-            peer = f"http://{self.network.address(it)}:{ETCD_PEERS}"
-            self.etcds[it] = Process(f"etcd {it}", self.network.command(it, [
-                program, "--name", it, "--data-dir", self.folder / it / "etcd",
-                "--listen-client-urls", client, "--advertise-client-urls", client,
-                "--listen-peer-urls", peer, "--initial-advertise-peer-urls", peer,
-                "--initial-cluster", peers, "--initial-cluster-state", "new", "--pre-vote",
-                "--heartbeat-interval", Etcd.HEARTBEAT_MS, "--election-timeout", Etcd.ELECTION_MS,
-                "--log-level", "error", "--logger", "zap"]), self.folder / it,
+            self.etcds[it] = Process(f"etcd {it}", self.network.command(
+                it, etcd_command(it, self.folder / it / "etcd", clients, peers)), self.folder / it,
                 self.folder / it / "etcd.log", {})
         for it in SERVERS:
             here = self.folder / it
-            (here / "secret").write_text(SECRET)
-            (here / "secret").chmod(0o600)
+            prepare(here)
             (here / "sick").mkdir()
             (here / "ahead").write_text("0")
             self.write_config(it, 60.0)
@@ -179,9 +179,8 @@ class Scene:
             + link("tcp", "tcp", listen=f"{self.network.address(node)}:{TCP}")
             + link("radio", "pty", path="radio.pty", medium_access=False)
             + table("journal", folder="state", segment_mib=1, snapshot_mib=4000, snapshot_s=86400.0)
-            + table("cluster", name="test", node=node, engine=self.engine[node],
-                    nodes={it: f"{self.network.address(it)}:{PEERS}" for it in SERVERS},
-                    secret_file="secret"))
+            + cluster_table(node, self.engine[node],
+                            {it: f"{self.network.address(it)}:{PEERS}" for it in SERVERS}))
 
     def begin(self, run):
         """In a thread, until `ending` is set."""
@@ -194,24 +193,24 @@ class Scene:
                 for it in (*self.etcds.values(), *self.servers.values()):
                     it.look(time.monotonic())
 
+    def changed_at(self):
+        """When a server was last killed, stopped or started, or the network cut or mended."""
+        return max(it.changed_at for it in (*self.servers.values(), self.network))
+
     # --- Operators
 
     def call(self, node, method, target, body=None, patience_s=CALL_S):
         """The status and the text; raises Call if there is none."""
-        content = b"" if body is None else json.dumps(body).encode()
         try:
             with socket.socket(socket.AF_UNIX) as connection:
                 connection.settimeout(patience_s)
                 connection.connect(str(self.folder / node / "pheromoned.sock"))
-                connection.sendall(f"{method} {target} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
-                                   f"Content-Length: {len(content)}\r\n\r\n".encode() + content)
-                answer = b"".join(iter(lambda: connection.recv(65536), b""))
+                status, text = exchange(connection, method, target, body)
         except OSError as error:
             raise Call(str(error)) from None
-        head, _, rest = answer.partition(b"\r\n\r\n")
-        if not head:
+        if status == 0:
             raise Call("hung up")
-        return int(head.split()[1]), rest.decode()
+        return status, text
 
     def status(self, node, with_hash=False):
         try:
@@ -219,6 +218,18 @@ class Scene:
         except Call:
             return {"cluster": {"role": "", "term": 0}}
         return json.loads(text) if status == 200 else {"cluster": {"role": "", "term": 0}}
+
+    def reached(self, node):
+        """The servers, this one too, that it reaches, and from which robots are."""
+        if not self.servers[node].runs():
+            return set()  # who is stopped would not even say so
+        up = {node, *(it["node"] for it in self.status(node)["cluster"].get("peers", ()) if it["up"])}
+        with self.lock:
+            return {it for it in up if self.servers[it].runs()
+                    and (it == node or self._passes(node, it)) and self._passes(it, FLOOR)}
+
+    def _passes(self, one, other):
+        return self.network.passes(one, other) and self.network.passes(other, one)
 
     def leader(self):
         """Who says so, in the latest term; None."""
@@ -261,21 +272,23 @@ class Scene:
     def begin_robots(self, seed, history):
         servers = {kind: [f"{kind}:{self.network.address(it)}:{port}" for it in SERVERS]
                    for kind, port in (("udp", UDP), ("tcp", TCP))}
-        self.robot_names = {}
+        servers["pty"] = [str(self.folder / it / "radio.pty") for it in SERVERS]
         words = []
-        for number, (index, addresses) in enumerate([
-                (0, servers["udp"]), (0, servers["udp"][::-1]), (1, servers["tcp"]),
-                (1, servers["tcp"][::-1]), (0, servers["udp"][:1]), (0, servers["udp"][1:]),
-                (2, [str(self.folder / "a" / "radio.pty")]),
-                (2, [str(self.folder / "b" / "radio.pty")])], 1):
-            words.append(f"{index}:{number}:{','.join(addresses)}")
+        for number, (kind, nodes) in enumerate(ROBOTS, 1):
+            index = list(servers).index(kind)
+            addresses = ",".join(servers[kind][SERVERS.index(it)] for it in nodes)
+            self.robot_nodes[f"{index}:{number}"] = nodes
+            words.append(f"{index}:{number}:{addresses}")
         self.robots = subprocess.Popen(
             self.network.command(FLOOR, [sys.executable, pathlib.Path(__file__).parent / "robots.py",
                                          seed, history, *words]), stdin=subprocess.PIPE)
 
     def lie(self):
+        """When it has begun."""
         self.relay.stdin.write(b"lie\n")
         self.relay.stdin.flush()
+        self.relay.stdout.readline()
+        return time.monotonic()
 
     def end_robots(self, patience_s):
         """Whether all were answered."""
@@ -328,6 +341,10 @@ class Scene:
                 return True
             time.sleep(0.05)
         return False
+
+    def end_servers(self):
+        for it in self.servers.values():
+            it.kill(float("inf"))
 
     def close(self):
         self.ending.set()

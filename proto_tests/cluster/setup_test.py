@@ -20,10 +20,11 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "proto_tests"))
+from cluster.network import Network, address, can_make  # noqa: E402
 from operated_daemon import await_that  # noqa: E402
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 else None
-ADDRESSES = {"a": "10.0.0.1", "b": "10.0.0.2", "witness": "10.0.0.3"}
+ADDRESSES = {name: address(i) for i, name in enumerate(("a", "b", "witness"), 1)}
 WORDS = [f"{name}={address}" for name, address in ADDRESSES.items()]
 # What a test must not do to the machine that it runs on; systemd is played by the test.
 STUBS = """set -euo pipefail
@@ -34,8 +35,6 @@ ufw() { echo "ufw $*" >>/var/lib/told; }
 pheromonectl() { :; }
 """
 NO_FIREWALL = 'nft() { echo "nft $*" >>/var/lib/told; }\n'
-CAN_MAKE_MACHINES = os.geteuid() == 0 and shutil.which("ip") and subprocess.run(
-    ["unshare", "--net", "--mount", "true"], stderr=subprocess.DEVNULL, check=False).returncode == 0
 
 
 def run(*words, **options):
@@ -52,32 +51,10 @@ def commands_of(readme):
     return "".join(f"{line.strip()}\n" for line in readme.splitlines() if line.startswith("     "))
 
 
-class Space:
-    """Namespaces that last until they are closed, and all that runs in them with them."""
-
-    def __init__(self, prepare, *kinds):
-        self.kinds = kinds
-        self.holder = subprocess.Popen(["unshare", *kinds, "sh", "-ec", f"{prepare}\necho\nexec cat"],
-                                       stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        assert self.holder.stdout.readline(), "no namespaces"
-
-    def command(self, *words):
-        return ["nsenter", f"--target={self.holder.pid}", *self.kinds, *(str(it) for it in words)]
-
-    def run(self, *words):
-        result = run(*self.command(*words))
-        assert result.returncode == 0, (words, result.stdout, result.stderr)
-        return result.stdout
-
-    def close(self):
-        self.holder.kill()
-        self.holder.communicate()
-
-
 class Machine:
     """A bare Debian after step 1 of the instructions: packages are installed."""
 
-    def __init__(self, hub, name, folder, made):
+    def __init__(self, network, name, folder, made):
         """`made`: the folder of `cluster setup`."""
         self.name, self.folder, self.processes = name, folder, {}
         shutil.copytree("/etc", folder / "etc", symlinks=True, ignore_dangling_symlinks=True)
@@ -87,24 +64,26 @@ class Machine:
         with open(folder / "etc/group", "a", encoding="ascii") as groups:
             groups.write("pheromone:x:64990:\n")
         shutil.copy(ROOT / "server/config/default.toml", folder / "etc/pheromone/pheromoned.toml")
-        self.space = Space(f"mount --bind {folder}/etc /etc\nmount --bind {folder}/var/lib /var/lib\n"
-                           "ip link set lo up", "--net", "--mount")
+        # As long as this runs, so does the mount namespace.
+        self.holder = subprocess.Popen(network.command(name, [
+            "unshare", "--mount", "sh", "-ec", f"mount --bind {folder}/etc /etc\n"
+            f"mount --bind {folder}/var/lib /var/lib\necho\nexec cat"]),
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         try:
-            self.install(hub, made / name)
+            assert self.holder.stdout.readline(), "no namespaces"
+            self.install(made / name)
         except BaseException:
             self.close()
             raise
 
-    def install(self, hub, made):
-        number = ADDRESSES[self.name].rsplit(".", 1)[1]
-        hub.run("ip", "link", "add", f"to-{number}", "type", "veth", "peer", "name", "eth0", "netns",
-                self.space.holder.pid)
-        hub.run("ip", "link", "set", f"to-{number}", "master", "hub", "up")
-        self.space.run("ip", "address", "add", f"{ADDRESSES[self.name]}/24", "dev", "eth0")
-        self.space.run("ip", "link", "set", "eth0", "up")
+    def command(self, *words):
+        return ["nsenter", f"--target={self.holder.pid}", "--net", "--mount", *map(str, words)]
+
+    def install(self, made):
         stubs = STUBS if shutil.which("nft") else STUBS + NO_FIREWALL
-        self.space.run("bash", "-c",
-                       f"{stubs}cd {made}\n" + commands_of((made / "README.txt").read_text()))
+        done = run(*self.command("bash", "-c", f"{stubs}cd {made}\n"
+                                 + commands_of((made / "README.txt").read_text())))
+        assert done.returncode == 0, done
 
     def start(self):
         """What the last command of systemctl names, as its unit says."""
@@ -125,12 +104,18 @@ class Machine:
     def begin(self, name, command, environment):
         with open(self.folder / f"{name}.log", "ab") as log:
             self.processes[name] = subprocess.Popen(
-                self.space.command("env", f"--chdir={self.folder}/run", *environment, *command),
+                self.command("env", f"--chdir={self.folder}/run", *environment, *command),
                 stdout=log, stderr=log)
 
     def ctl(self, *words):
-        return run(*self.space.command(BIN / "pheromonectl", "--socket",
-                                       self.folder / "run/pheromoned.sock", *words))
+        return run(*self.command(BIN / "pheromonectl", "--socket",
+                                 self.folder / "run/pheromoned.sock", *words))
+
+    def member_call(self, what, body):
+        """What etcdctl asks of the member here."""
+        answer = self.space.run("curl", "-sS", "-d", json.dumps(body),
+                                f"http://127.0.0.1:2379/v3/cluster/member/{what}")
+        return json.loads(answer)
 
     def log(self, name):
         return (self.folder / f"{name}.log").read_text()
@@ -144,7 +129,8 @@ class Machine:
 
     def close(self):
         self.die()
-        self.space.close()
+        self.holder.kill()
+        self.holder.communicate()
 
 
 class FilesTest(unittest.TestCase):
@@ -197,7 +183,7 @@ class FilesTest(unittest.TestCase):
         self.assertFalse((self.folder / "out/b/cluster.toml").exists())
 
 
-@unittest.skipUnless(CAN_MAKE_MACHINES and shutil.which("etcd"), "needs root, iproute2, etcd-server")
+@unittest.skipUnless(can_make("--mount") and shutil.which("etcd"), "needs root, iproute2, etcd-server")
 class PageTest(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
@@ -205,12 +191,12 @@ class PageTest(unittest.TestCase):
         folder = pathlib.Path(temporary.name)
         made = set_up(folder, *WORDS)
         self.assertEqual(made.returncode, 0, made)
-        hub = Space("ip link add hub type bridge\nip link set hub up", "--net")
-        self.addCleanup(hub.close)
+        network = Network(ADDRESSES)
+        self.addCleanup(network.close)
         self.machines = {}
         for name in ADDRESSES:
             (folder / name).mkdir()
-            self.machines[name] = Machine(hub, name, folder / name, folder / "cluster-lab")
+            self.machines[name] = Machine(network, name, folder / name, folder / "cluster-lab")
             self.addCleanup(self.machines[name].close)
 
     def findings(self, node):
@@ -222,19 +208,23 @@ class PageTest(unittest.TestCase):
         shown = self.machines[node].ctl("--json", "cluster", "status")
         return json.loads(shown.stdout)["leader"] if shown.returncode == 0 else None
 
+    def begin(self):
+        for machine in self.machines.values():
+            machine.start()
+        for node in "ab":
+            await_that(lambda: self.findings(node)[1] == 0, f"{node} is well", 60)
+
     def test_the_page(self):
         found, status = self.findings("a")  # before anything runs
         self.assertEqual(status, 1)
         self.assertEqual([it["subject"] for it in found["findings"] if it["level"] == "fault"],
                          ["server", "etcd", "etcd", "etcd"])
-        for machine in self.machines.values():
-            machine.start()
-        for node in "ab":
-            await_that(lambda: self.findings(node)[1] == 0, f"{node} is well", 60)
+        self.begin()
         found, _ = self.findings("b")
         looked_at = [(it["subject"], it["looked_at"]) for it in found["findings"]]
         for expected in (("peers", "node a"), ("server", "node b of lab"), ("journal", "node b of lab"),
-                         ("etcd", "10.0.0.1:2379, on a"), ("etcd", "10.0.0.3:2379, a witness")):
+                         ("etcd", f"{ADDRESSES['a']}:2379, on a"),
+                         ("etcd", f"{ADDRESSES['witness']}:2379, a witness")):
             self.assertIn(expected, looked_at)
         self.assertIn("pheromoned", self.machines["a"].log("pheromoned"))
 
@@ -259,6 +249,28 @@ class PageTest(unittest.TestCase):
 
         self.machines[first].start()
         await_that(lambda: self.findings(first)[1] == 0, f"{first} is back", 60)
+
+    def test_a_machine_that_was_lost_is_replaced(self):
+        self.begin()
+        lost, other = self.machines["b"], self.machines["a"]
+        lost.die()
+        for data in ("var/lib/etcd/lab", "var/lib/pheromone/pheromoned/journal"):
+            shutil.rmtree(lost.folder / data)
+        await_that(lambda: self.leader("a") == "a", "the other one leads", 60)
+        laid = other.ctl("deposit", "path", "0.5", "0.5")
+        self.assertEqual(laid.returncode, 0, laid)
+
+        gone, = [it for it in other.member_call("list", {})["members"] if it.get("name") == "b"]
+        other.member_call("remove", {"ID": gone["ID"]})
+        await_that(lambda: "member" in other.member_call("add", {"peerURLs": gone["peerURLs"]}),
+                   "the others are connected for the five seconds that etcd asks for", 60)
+        settings = lost.folder / "etc/default/etcd"
+        settings.write_text(settings.read_text().replace("_STATE=new", "_STATE=existing"))
+        lost.start()
+        for node in "ab":
+            await_that(lambda: self.findings(node)[1] == 0, f"{node} is well", 60)
+        sensed = lost.ctl("--json", "sense", "path", "0.4", "0.5")
+        self.assertGreater(json.loads(sensed.stdout)["left"]["intensity"], 0, sensed)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,10 @@
 //  * robots that ask fifty times a second, alone and beside each of an operator's largest requests
 //    (operators.h), with a journal on that disk, or else where temporary files are.
 //
+//   build/release/bin/exchange_bench --only cluster --disk FOLDER --csv FILE
+//
+// Two servers with one log in etcd, beside one alone (cluster.h); needs Debian's etcd-server.
+//
 //   build/release/bin/exchange_bench --only operators --disk FOLDER --csv FILE
 //   build/release/bin/exchange_bench --only memory --disk FOLDER
 //
@@ -38,6 +42,7 @@
 #include <CLI/CLI.hpp>
 
 #include "proto_tests/exchange_bench/arena.h"
+#include "proto_tests/exchange_bench/cluster.h"
 #include "proto_tests/exchange_bench/measure.h"
 #include "proto_tests/exchange_bench/operators.h"
 #include "proto_tests/exchange_bench/report.h"
@@ -55,6 +60,7 @@ struct Options {
   std::string csv;
   std::vector<std::string> only;
   int clients = 64;
+  double lasting_seconds = 60;
   OperatorOptions operators;
   Effort effort;
 };
@@ -190,11 +196,13 @@ int Main(int argc, char** argv) {
   app.add_option("--pty-seconds", options.effort.pty_seconds, "Of each case with ptys");
   app.add_option("--roaming-seconds", options.effort.roaming_seconds, "Of robots that roam");
   app.add_option("--syncs", options.effort.syncs, "Of the bare disk");
-  app.add_option(
-         "--only", options.only,
-         "Only these: volatile, stream, tags, durable (with --disk), operators, memory; default: "
-         "all but the last")
-      ->check(CLI::IsMember({"volatile", "stream", "tags", "durable", "operators", "memory"}));
+  app.add_option("--only", options.only,
+                 "Only these: volatile, stream, tags, durable (with --disk), operators, memory, "
+                 "cluster (with "
+                 "--disk); default: all but the last two")
+      ->check(CLI::IsMember(
+          {"volatile", "stream", "tags", "durable", "operators", "memory", "cluster"}));
+  app.add_option("--lasting-seconds", options.lasting_seconds, "Of a cluster's changes at the end");
   app.add_option("--operator-seconds", options.operators.seconds,
                  "Of robots alone, and of robots beside each of an operator's requests");
   int patience_s = 60;
@@ -208,7 +216,7 @@ int Main(int argc, char** argv) {
   Report report(options.csv);
   options.operators.patience = std::chrono::seconds(patience_s);
   const auto wants = [&](const char* part) {
-    return options.only.empty() ? std::string("memory") != part
+    return options.only.empty() ? std::string("memory") != part && std::string("cluster") != part
                                 : std::ranges::find(options.only, part) != options.only.end();
   };
   if (wants("volatile")) {
@@ -231,6 +239,16 @@ int Main(int argc, char** argv) {
   }
   if (wants("memory")) {
     RunBesideOperators(options, true, &report);
+  }
+  if (wants("cluster") && !options.disk.empty()) {
+    const TemporaryFolder folder(options.disk);
+    RunCluster({.pheromoned = options.pheromoned,
+                .folder = folder.string(),
+                .clients = options.clients,
+                .many_clients = kManyClients,
+                .effort = options.effort,
+                .lasting_seconds = options.lasting_seconds},
+               &report);
   }
   return report.wrong() == 0 ? 0 : 1;
 }

@@ -7,12 +7,11 @@
 // packet the payload is link, connection and direction (1 byte each), time (4 bytes) and its bytes.
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/core/engine/testing/bench.h"
 #include "server/store/capture/payload.h"
 #include "server/store/capture/reader.h"
@@ -20,18 +19,12 @@
 
 namespace {
 
+using pheromone::fuzz::Require;
 using namespace pheromone;           // NOLINT(google-build-using-namespace)
 using namespace pheromone::capture;  // NOLINT(google-build-using-namespace)
 
 // Large maps and many nodes are slow, not wrong; and sanitizers have no memory to spare.
 constexpr uint64_t kMaxMemory = uint64_t{1} << 24;
-
-void Require(bool holds, const char* what) {
-  if (!holds) {
-    std::fprintf(stderr, "%s\n", what);
-    std::abort();
-  }
-}
 
 void PlayFile(std::string_view bytes) {
   bool given = false;
@@ -80,8 +73,8 @@ void PlayRecords(std::string_view bytes, bool with_start) {
     Start start;
     start.links = {{"radio-a", 20, false}, {"radio-b", 0, true}};
     start.state_bytes = state.size();
-    Require(replay.Take({++number, 0, 0, start}).ok(), "the start");
-    Require(replay.Take({++number, 0, 0, State{state}}).ok(), "the state");
+    Require(replay.Take({++number, 0, 0, start}).ok());
+    Require(replay.Take({++number, 0, 0, State{state}}).ok());
   }
   while (bytes.size() >= 3) {
     const size_t kind = static_cast<uint8_t>(bytes[0]) % std::variant_size_v<Record>;
@@ -98,7 +91,7 @@ void PlayRecords(std::string_view bytes, bool with_start) {
       reader.ExpectEnd();
       ByteWriter again;
       EncodePayload(record, &again);
-      Require(!reader.ok() || again.bytes() == payload, "there is another way to write a record");
+      Require(!reader.ok() || again.bytes() == payload);  // no other way to write it
     }
     if (!reader.ok() || !IsSmall(record) || !replay.Take({++number, 0, 0, record}).ok()) {
       return;

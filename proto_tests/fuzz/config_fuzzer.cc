@@ -2,19 +2,19 @@
 // can be run.
 
 #include <cstdint>
-#include <cstdlib>
 #include <string_view>
 
+#include "proto_tests/fuzz/require.h"
 #include "server/config/config.h"
 #include "server/core/field/field.h"
+
+using pheromone::fuzz::Require;
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const auto parsed = pheromone::config::ParseConfig(text, "fuzz");
   if (!parsed.ok()) {
-    if (parsed.error().empty()) {
-      std::abort();
-    }
+    Require(!parsed.error().empty());
     return 0;
   }
   pheromone::field::Field field(parsed.value().engine.field);
@@ -24,12 +24,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
   field.Advance(60'000);  // as long as the longest step of diffusion
   for (const auto& law : field.config().pheromones) {
-    if (!field.Sense(law.type, {corner, 0}, 60'000)) {
-      std::abort();
-    }
+    Require(field.Sense(law.type, {corner, 0}, 60'000).has_value());
   }
-  if (field.used_bytes() > field.limit_bytes()) {
-    std::abort();
-  }
+  Require(field.used_bytes() <= field.limit_bytes());
   return 0;
 }

@@ -3,13 +3,15 @@
 // long after the one before.
 
 #include <cstdint>
-#include <cstdlib>
 #include <vector>
 
+#include "proto_tests/fuzz/require.h"
 #include "protocol/testing/listen.h"
 #include "protocol/testing/naive_protocol.h"
 
 namespace {
+
+using pheromone::fuzz::Require;
 
 // As a link hears it: what came at one time is a block, before which there is a look at the clock.
 // The counts of the blocks add up to those of all.
@@ -50,9 +52,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
   const pheromone::testing::NaiveResult naive =
       pheromone::testing::NaiveDecoder(stream, gap_ms).Run();
-  if (!Agree(pheromone::testing::Listen(stream, gap_ms), naive) ||
-      !Agree(ListenToBlocks(stream, gap_ms), naive)) {
-    std::abort();
-  }
+  Require(Agree(pheromone::testing::Listen(stream, gap_ms), naive));
+  Require(Agree(ListenToBlocks(stream, gap_ms), naive));
   return 0;
 }

@@ -5,6 +5,7 @@
 // what request, and a byte 0 behind.
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "proto_tests/fuzz/require.h"
@@ -47,7 +48,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (rest.empty()) {
     return 0;
   }
-  EtcdReader reader(EtcdKeys("lab"), static_cast<unsigned char>(rest.front()));
+  std::string id;
+  EtcdReader reader(EtcdKeys("lab"), static_cast<unsigned char>(rest.front()), &id);
   rest.remove_prefix(1);
   while (!rest.empty()) {
     const char request = rest.front();

@@ -313,6 +313,8 @@ def etcd_answers():
     yield "restored", b"\1" + read([]) + read(groups[:2]) + read([], revision=3) + read(groups[1:2])
     yield "compacted", (b"\1" + watch(canceled=True, compact_revision="9") + b'w{"error":{"message":'
                         b'"no leader"}}\0' + watch({"type": "DELETE", "kv": groups[0]}))
+    yield "canceled", b"\1" + read([]) + watch(canceled=True, cancel_reason="no leader") + read(groups)
+    yield "another", b"\1" + read([]) + watch({"kv": entry("id", "lab-2", 24)}, *puts) + read(groups)
 
 
 def main(folder):

@@ -20,7 +20,9 @@ from . import wire
 from .wire import Message, NotAMessage, build, build_hello, parse
 
 
+PUT_OFF = (wire.BUSY, wire.READ_ONLY)  # reasons to try another server
 MOST_AHEAD = 128  # numbers that may follow the last one accepted
+STUCK_S = 1.0  # without a change that is taken
 NO_SLOT = 255  # READ: there is none; WRITE: the tag's drop policy chooses
 
 
@@ -28,6 +30,8 @@ class Line:
     """Frames both ways on a file descriptor, which it owns."""
 
     moved = False  # the server may be another one than before; whoever looks into that clears it
+    unanswered = b""  # the last request; a server that the line goes to gets it
+    slowness = 1  # how much longer than usual a server may take
 
     def __init__(self, fd: int) -> None:
         self.fd = fd
@@ -183,6 +187,8 @@ class Client:
         self._hello = b""  # that HELLO
         self._epoch: int | None = None  # of that answer
         self._last_command: tuple[int, bytes] | None = None  # its seq and its ACK
+        self._put_off_since: float | None = None  # the first change since one was taken
+        self._changed_at = 0.0  # when one was sent last
         self._in_step = False  # False: who knows what is under way, or was left half said
         self._ping_tag = secrets.token_bytes(8)
         self._ping_count = 0
@@ -317,10 +323,11 @@ class Client:
             echo = build("PING_ANSWER", self.client_id, payload=payload)
             self._send(build("PING", self.client_id, payload=payload))
             heard = []
-            deadline = time.monotonic() + self.timeout
+            deadline = time.monotonic() + self.timeout * self.line.slowness
             while (body := self.line.receive(deadline)) is not None:
                 if body == echo:
                     self._in_step = True
+                    self.line.unanswered = b""
                     return heard
                 heard.append(body)
             self.line.go_on()
@@ -360,17 +367,38 @@ class Client:
     def _exchange(self, request: bytes) -> Message | None:
         """Sends a request once and returns its answer, perhaps an ERROR; None if there was none."""
         self._send(request)
-        deadline = time.monotonic() + self.timeout
+        if mutates(request) and self._is_stuck():
+            self.line.go_on()
+        deadline = time.monotonic() + self.timeout * self.line.slowness
         while (heard := self.line.receive(deadline)) is not None:
             if (answer := answer_in(heard, request)) is not None:
+                self.line.unanswered = b""
+                if mutates(request) and answer.fields.get("reason") not in PUT_OFF:
+                    self._put_off_since = None
                 return answer
             self._overhear(heard)
         self._in_step = False
         return None
 
+    def _is_stuck(self) -> bool:
+        """Whether all that came in answer to changes for a while, and another one is sent, was that
+        they cannot be made now. One that was given up earlier tells nothing."""
+        now = time.monotonic()
+        if self._put_off_since is None or now - self._changed_at >= STUCK_S:
+            self._put_off_since = now
+        self._changed_at = now
+        stuck = now - self._put_off_since >= STUCK_S
+        if stuck:
+            self._put_off_since = now
+        return stuck
+
     def _send(self, body: bytes) -> None:
-        pad = b"" if self._in_step else wire.PAD
-        self.line.send(pad + wire.encode(body))
+        """A request."""
+        self.line.unanswered = self._framed(body)
+        self.line.send(self.line.unanswered)
+
+    def _framed(self, body: bytes) -> bytes:
+        return (b"" if self._in_step else wire.PAD) + wire.encode(body)
 
     def _overhear(self, body: bytes) -> None:
         """Looks at a frame that is no answer: obeys a COMMAND once and acknowledges it each time;
@@ -392,7 +420,11 @@ class Client:
             result = self.on_command(command)
             ack = build("COMMAND_ACK", self.client_id, seq=seq, code=code, result=result)
             self._last_command = seq, ack
-        self._send(self._last_command[1])
+        self.line.send(self._framed(self._last_command[1]))
+
+
+def mutates(request: bytes) -> bool:
+    return request[1] >> 4 in (0x2, 0x3, 0x6) or request[1] in (0x43, 0x44, 0x45, 0x52)
 
 
 def answer_in(heard: bytes, request: bytes) -> Message | None:
@@ -402,8 +434,7 @@ def answer_in(heard: bytes, request: bytes) -> Message | None:
     except NotAMessage:
         return None
     client_id, opcode, data = request[0], request[1], request[2:]
-    mutating = opcode >> 4 in (0x2, 0x3, 0x6) or opcode in (0x43, 0x44, 0x45, 0x52)
-    seq = data[0] if mutating and data else 0
+    seq = data[0] if mutates(request) and data else 0
     if answer.name == "ERROR":
         same = answer.fields["refused_opcode"] == opcode and answer.fields["seq"] == seq
     else:

@@ -237,7 +237,7 @@ REASONS = {
     **dict(enumerate(_REASONS.split(", "), start=1)),
     **dict(enumerate(_TAG_REASONS.split(", "), start=16)),
 }
-UNKNOWN_OPCODE, BAD_LENGTH, BUSY, BAD_VALUE = 1, 2, 7, 11
+UNKNOWN_OPCODE, BAD_LENGTH, SAY_HELLO, BUSY, READ_ONLY, BAD_VALUE = 1, 2, 6, 7, 8, 11
 
 MOST_TAG_ROWS = 7
 MOST_TEXT = {"SYMBOL": 56, "RESOLVE_ANSWER": 50}

@@ -96,14 +96,17 @@ void EtcdClient::SetDown(size_t member, const Error& error) {
   }
   members_[member].is_up = false;
   members_[member].idle.clear();
-  const auto self = shared_from_this();
-  asio::co_spawn(
-      executor_, [self, member] { return self->Probe(member); },
-      [](const std::exception_ptr& thrown) {
-        if (thrown) {
-          std::rethrow_exception(thrown);
-        }
-      });
+  // One that was up for a moment may still be probed.
+  if (!std::exchange(members_[member].is_probed, true)) {
+    const auto self = shared_from_this();
+    asio::co_spawn(
+        executor_, [self, member] { return self->Probe(member); },
+        [](const std::exception_ptr& thrown) {
+          if (thrown) {
+            std::rethrow_exception(thrown);
+          }
+        });
+  }
   if (on_member_) {
     on_member_(members_[member].endpoint, error);
   }
@@ -129,6 +132,7 @@ asio::awaitable<void> EtcdClient::Probe(size_t member) {
       SetUp(member);
     }
   }
+  members_[member].is_probed = false;
 }
 
 asio::awaitable<void> EtcdClient::Pause(milliseconds time) {
@@ -176,7 +180,7 @@ asio::awaitable<Result<EtcdAnswer>> EtcdClient::Call(const std::string& path,
     errors += (errors.empty() ? "" : "; ") + error;
   }
   co_await Pause(kMinFailure);
-  co_return Error{errors.empty() ? "no members of etcd are given" : errors};
+  co_return Error{errors.empty() ? "no member of etcd is given, expected at least one" : errors};
 }
 
 asio::awaitable<Result<std::string>> EtcdClient::CallMember(size_t member, const std::string& path,

@@ -93,6 +93,7 @@ class EtcdClient : public std::enable_shared_from_this<EtcdClient> {
   struct Member {
     Endpoint endpoint;
     bool is_up = true;
+    bool is_probed = false;
     std::vector<std::unique_ptr<Connection>> idle;
   };
   struct Reply {

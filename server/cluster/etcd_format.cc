@@ -1,9 +1,11 @@
 #include "server/cluster/etcd_format.h"
 
-#include <algorithm>
+#include <charconv>
 #include <cstdio>
+#include <utility>
 
 #include "server/base/bytes.h"
+#include "server/base/escape.h"
 #include "server/store/journal/crc32c.h"
 
 namespace pheromone::cluster {
@@ -11,7 +13,6 @@ namespace {
 
 constexpr uint8_t kGroupVersion = 1;
 constexpr std::string_view kLogFolder = "log/";
-constexpr size_t kHexDigits = 16;
 
 // What is before the checksum.
 std::string EncodeHead(const Group& group, uint32_t pieces) {
@@ -31,27 +32,10 @@ uint32_t ChecksumOf(const Group& group, std::string_view head) {
 
 }  // namespace
 
-std::string ToHex(Sequence number) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text(kHexDigits, '0');
-  for (size_t i = kHexDigits; i > 0 && number != 0; number >>= 4) {
-    text[--i] = kDigits[number & 15];
-  }
-  return text;
-}
-
 Result<Sequence> FromHex(std::string_view digits) {
   Sequence number = 0;
-  for (const char c : digits) {
-    const bool is_letter = c >= 'a' && c <= 'f';
-    if (!is_letter && (c < '0' || c > '9')) {
-      number = 0;
-      digits = {};
-      break;
-    }
-    number = number << 4 | static_cast<Sequence>(is_letter ? c - 'a' + 10 : c - '0');
-  }
-  if (digits.size() != kHexDigits) {
+  std::from_chars(digits.data(), digits.data() + digits.size(), number, 16);
+  if (HexText(number) != digits) {
     return Error{"expected a number of 16 hexadecimal digits"};
   }
   return number;
@@ -60,7 +44,7 @@ Result<Sequence> FromHex(std::string_view digits) {
 std::string EtcdKeys::Piece(const Group& group, uint32_t index) const {
   char text[16];
   std::snprintf(text, sizeof text, "%04x", index);
-  return PiecesOf(group.first) + "/" + ToHex(group.term) + "/" + text;
+  return PiecesOf(group.first) + "/" + HexText(group.term) + "/" + text;
 }
 
 std::optional<Result<Sequence>> EtcdKeys::FirstOf(std::string_view key) const {
@@ -68,6 +52,18 @@ std::optional<Result<Sequence>> EtcdKeys::FirstOf(std::string_view key) const {
     return std::nullopt;
   }
   return FromHex(key.substr(prefix_.size() + kLogFolder.size()));
+}
+
+Status KeepId(const EtcdKeys& keys, const std::string& id, std::string* known) {
+  if (known->empty()) {
+    *known = id;
+  }
+  if (id == *known) {
+    return Ok();
+  }
+  return Error{"key " + EscapeControls(keys.id(), "") + ": found \"" + EscapeControls(id, "") +
+               "\", expected \"" + EscapeControls(*known, "") +
+               "\": this is another log; check addresses and data of etcd"};
 }
 
 std::vector<KeyAndValue> EncodeGroup(const EtcdKeys& keys, const Group& group) {

@@ -4,15 +4,13 @@
 // of 16 hexadecimal digits in lower case, so that keys sort as the numbers do.
 //
 //   leader                  the name of the node that leads. The key's mod_revision is the term:
-//   etcd
-//                           raises it with each change, and never gives one out again.
+//                           etcd raises it with each change, and never gives one out again
 //   id                      made with the first leader, then never changed. Another id is another
-//                           log, whatever its groups and terms look like.
-//   floor                   FLOOR: groups that end before this sequence were removed. Absent: 1.
-//   log/FIRST               a group of events; FIRST is the sequence of its first event.
+//                           log, whatever its groups and terms look like
+//   floor                   FLOOR: groups that end before this sequence were removed. Absent: 1
+//   log/FIRST               a group of events; FIRST is the sequence of its first event
 //   piece/FIRST/TERM/INDEX  a part of the records of a group that is too large for one request;
-//   INDEX
-//                           has 4 digits or more.
+//                           INDEX has 4 digits or more
 //
 // The value of log/FIRST, little-endian:
 //
@@ -37,6 +35,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/base/format.h"
 #include "server/base/result.h"
 #include "server/cluster/replicated_log.h"
 
@@ -47,9 +46,7 @@ constexpr size_t kMaxInlineBytes = size_t{128} << 10;
 /// Of a piece. etcd's limit of a request is 1.5 MiB.
 constexpr size_t kPieceBytes = size_t{1} << 20;
 
-/// 16 hexadecimal digits.
-std::string ToHex(Sequence number);
-/// Errors: anything else.
+/// What HexText writes. Errors: anything else.
 Result<Sequence> FromHex(std::string_view digits);
 
 class EtcdKeys {
@@ -60,10 +57,10 @@ class EtcdKeys {
   std::string leader() const { return prefix_ + "leader"; }
   std::string id() const { return prefix_ + "id"; }
   std::string floor() const { return prefix_ + "floor"; }
-  std::string Log(Sequence first) const { return prefix_ + "log/" + ToHex(first); }
+  std::string Log(Sequence first) const { return prefix_ + "log/" + HexText(first); }
   std::string Piece(const Group& group, uint32_t index) const;
   /// All pieces of earlier groups sort before it, and none of this and later groups does.
-  std::string PiecesOf(Sequence first) const { return prefix_ + "piece/" + ToHex(first); }
+  std::string PiecesOf(Sequence first) const { return prefix_ + "piece/" + HexText(first); }
 
   /// After all groups.
   std::string log_end() const { return prefix_ + "log0"; }
@@ -77,6 +74,9 @@ class EtcdKeys {
  private:
   std::string prefix_;
 };
+
+/// Sets `known` if it is empty. Errors: `id` is another one.
+Status KeepId(const EtcdKeys& keys, const std::string& id, std::string* known);
 
 struct KeyAndValue {
   std::string key;

@@ -10,6 +10,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "server/base/format.h"
 #include "server/cluster/etcd_format.h"
 #include "server/cluster/etcd_messages.h"
 #include "server/cluster/etcd_reader.h"
@@ -64,7 +65,13 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
 
  private:
   using News = std::function<void(const Result<Page>&)>;
+  struct Transacted {
+    size_t member = 0;  // that answered
+    TxnAnswer txn;
+  };
 
+  asio::awaitable<Result<Transacted>> Transact(const TxnRequest& request, size_t success_parts,
+                                               size_t failure_parts);
   asio::awaitable<std::optional<Appended>> Write(const Group& group, const KeyAndValue& what,
                                                  const std::string& group_value);
   asio::awaitable<Result<EtcdReader::News>> Read(EtcdReader* reader, size_t* member);
@@ -86,12 +93,31 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
   const std::shared_ptr<EtcdClient> client_;
   uint64_t followed_ = 0;    // calls of Follow
   Revision trimmed_at_ = 0;  // by the last Trim
-  std::string id_;           // of the cluster, when the lead was taken
+  std::string id_;           // of the log, once it is known: another one is another log
 };
+
+asio::awaitable<Result<EtcdLog::Impl::Transacted>> EtcdLog::Impl::Transact(
+    const TxnRequest& request, size_t success_parts, size_t failure_parts) {
+  const std::string path = kTxnPath;
+  const std::string body = request.Text();
+  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
+  if (!answer.ok()) {
+    co_return answer.error();
+  }
+  const size_t member = answer.value().member;
+  Result<TxnAnswer> txn = ParseTxn(answer.value().text, success_parts, failure_parts);
+  if (!txn.ok()) {
+    co_return Unusable(member, txn.error());
+  }
+  co_return Transacted{member, std::move(txn).value()};
+}
 
 asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string node) {
   TxnRequest request;
   request.IfChangedAt(keys_.leader(), seen);
+  if (!id_.empty()) {
+    request.IfEqual(keys_.id(), id_);
+  }
   request.success.Put(keys_.leader(), node);
   if (seen == 0) {
     request.success.Put(keys_.id(), settings_.new_id);
@@ -100,20 +126,17 @@ asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string n
     operations->Read(keys_.leader());
     operations->Read(keys_.id());
   }
-  const std::string path = kTxnPath;
-  const std::string body = request.Text();
-  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
-  if (!answer.ok()) {
-    co_return answer.error();
+  const Result<Transacted> done = co_await Transact(request, seen == 0 ? 4 : 3, 2);
+  if (!done.ok()) {
+    co_return done.error();
   }
-  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, seen == 0 ? 4 : 3, 2);
-  if (!txn.ok()) {
-    co_return Unusable(answer.value().member, txn.error());
-  }
-  const std::vector<TxnAnswer::Part>& parts = txn.value().parts;
+  const std::vector<TxnAnswer::Part>& parts = done.value().txn.parts;
   const std::vector<Entry>& leader = parts[parts.size() - 2].entries;
   const std::vector<Entry>& id = parts.back().entries;
-  id_ = id.empty() ? std::string() : id.front().value;
+  const Status kept = KeepId(keys_, id.empty() ? std::string() : id.front().value, &id_);
+  if (!kept.ok()) {
+    co_return Unusable(done.value().member, kept.error());
+  }
   if (leader.empty()) {
     co_return Leader{};
   }
@@ -147,23 +170,17 @@ asio::awaitable<std::optional<Appended>> EtcdLog::Impl::Write(const Group& group
   request.failure.Read(keys_.leader());
   request.failure.Read(place);
   request.failure.Read(keys_.id());
-  const std::string path = kTxnPath;
-  const std::string body = request.Text();
-  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
-  if (!answer.ok()) {
+  const Result<Transacted> done = co_await Transact(request, 1, 3);
+  if (!done.ok()) {
     co_return Appended::kUnknown;
   }
-  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 1, 3);
-  if (!txn.ok()) {
-    static_cast<void>(Unusable(answer.value().member, txn.error()));
-    co_return Appended::kUnknown;
-  }
-  if (txn.value().succeeded) {
+  const TxnAnswer& txn = done.value().txn;
+  if (txn.succeeded) {
     co_return std::nullopt;
   }
-  const std::vector<Entry>& leader = txn.value().parts[0].entries;
-  const std::vector<Entry>& there = txn.value().parts[1].entries;
-  const std::vector<Entry>& id = txn.value().parts[2].entries;
+  const std::vector<Entry>& leader = txn.parts[0].entries;
+  const std::vector<Entry>& there = txn.parts[1].entries;
+  const std::vector<Entry>& id = txn.parts[2].entries;
   if (!id_.empty() && (id.empty() || id.front().value != id_)) {
     co_return Appended::kFenced;
   }
@@ -171,15 +188,15 @@ asio::awaitable<std::optional<Appended>> EtcdLog::Impl::Write(const Group& group
     co_return there.front().value == group_value ? Appended::kCommitted : Appended::kFenced;
   }
   if (!leader.empty() && leader.front().revision == group.term) {
-    const Error contradiction("all comparisons hold, expected the transaction to succeed");
-    static_cast<void>(Unusable(answer.value().member, contradiction));
+    const Error contradiction("the transaction failed, expected success: its comparisons hold");
+    static_cast<void>(Unusable(done.value().member, contradiction));
     co_return Appended::kUnknown;
   }
   co_return Appended::kFenced;
 }
 
 asio::awaitable<Status> EtcdLog::Impl::Trim(Sequence floor) {
-  EtcdReader reader(keys_, floor);
+  EtcdReader reader(keys_, floor, &id_);
   while (!reader.found()) {
     size_t member = 0;
     const Result<EtcdReader::News> read = co_await Read(&reader, &member);
@@ -188,21 +205,15 @@ asio::awaitable<Status> EtcdLog::Impl::Trim(Sequence floor) {
     }
   }
   TxnRequest request;
-  request.IfGreater(keys_.floor(), ToHex(floor));
-  request.failure.Put(keys_.floor(), ToHex(floor));
+  request.IfGreater(keys_.floor(), HexText(floor));
+  request.failure.Put(keys_.floor(), HexText(floor));
   request.failure.DeleteRange(keys_.Log(0), keys_.Log(reader.next()));
   request.failure.DeleteRange(keys_.PiecesOf(0), keys_.PiecesOf(reader.next()));
-  const std::string path = kTxnPath;
-  const std::string body = request.Text();
-  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
-  if (!answer.ok()) {
-    co_return answer.error();
+  const Result<Transacted> done = co_await Transact(request, 0, 3);
+  if (!done.ok()) {
+    co_return done.error();
   }
-  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 0, 3);
-  if (!txn.ok()) {
-    co_return Unusable(answer.value().member, txn.error());
-  }
-  const Revision before = std::exchange(trimmed_at_, txn.value().revision);
+  const Revision before = std::exchange(trimmed_at_, done.value().txn.revision);
   if (before == 0) {
     co_return Ok();
   }
@@ -248,7 +259,10 @@ asio::awaitable<Status> EtcdLog::Impl::Transfer() {
       co_return transferred.ok() ? Ok() : Status(transferred.error());
     }
   }
-  co_return client_->ErrorAt(0, "follows a member that does not respond, or is not in the list");
+  co_return client_->ErrorAt(0, own.leader == 0
+                                    ? "knows no leader of etcd"
+                                    : "the leader of etcd, member " + HexText(own.leader) +
+                                          ", is not among those that respond; check the addresses");
 }
 
 asio::awaitable<Result<EtcdReader::News>> EtcdLog::Impl::Read(EtcdReader* reader, size_t* member) {
@@ -267,25 +281,23 @@ asio::awaitable<Result<EtcdReader::News>> EtcdLog::Impl::Read(EtcdReader* reader
 }
 
 asio::awaitable<Status> EtcdLog::Impl::ReadPieces(StoredGroup* stored) {
-  const std::string path = kTxnPath;
   for (uint32_t piece = 0; piece < stored->pieces; ++piece) {
     const std::string key = keys_.Piece(stored->group, piece);
     TxnRequest request;
     request.success.Read(key);
-    const std::string body = request.Text();
-    const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
-    if (!answer.ok()) {
-      co_return answer.error();
+    const Result<Transacted> done = co_await Transact(request, 1, 0);
+    if (!done.ok()) {
+      co_return done.error();
     }
-    const Result<TxnAnswer> txn = ParseRead(answer.value().text, 1);
-    if (!txn.ok()) {
-      co_return Unusable(answer.value().member, txn.error());
+    const std::vector<TxnAnswer::Part>& parts = done.value().txn.parts;
+    if (parts.empty() || parts[0].entries.empty()) {
+      co_return client_->ErrorAt(done.value().member, "key " + key + ": absent, expected piece " +
+                                                          std::to_string(piece + 1) + " of " +
+                                                          std::to_string(stored->pieces) +
+                                                          " of the group at " +
+                                                          std::to_string(stored->group.first));
     }
-    if (txn.value().parts[0].entries.empty()) {
-      co_return client_->ErrorAt(answer.value().member,
-                                 "key " + key + ": expected a piece of a group");
-    }
-    stored->group.records += txn.value().parts[0].entries.front().value;
+    stored->group.records += parts[0].entries.front().value;
   }
   const Status checked = CheckGroup(*stored);
   if (!checked.ok()) {
@@ -294,7 +306,8 @@ asio::awaitable<Status> EtcdLog::Impl::ReadPieces(StoredGroup* stored) {
   co_return Ok();
 }
 
-// Completes groups and tells them. What could not be completed is read again.
+// Completes groups and tells them. What could not be completed is read again: a page without groups
+// would say that there are none.
 asio::awaitable<Status> EtcdLog::Impl::Publish(EtcdReader* reader, EtcdReader::News* found,
                                                uint64_t followed, const News& news) {
   Page page{found->id, found->leader, found->floor, found->log_end, {}};
@@ -310,8 +323,8 @@ asio::awaitable<Status> EtcdLog::Impl::Publish(EtcdReader* reader, EtcdReader::N
     }
     page.groups.push_back(std::move(stored.group));
   }
-  const bool is_only_search = page.groups.empty() && found->more;
-  if (IsFollowed(followed) && !is_only_search) {
+  const bool tells_nothing = page.groups.empty() && (found->more || !status.ok());
+  if (IsFollowed(followed) && !tells_nothing) {
     news(page);
   }
   co_return status;
@@ -350,7 +363,7 @@ asio::awaitable<Status> EtcdLog::Impl::Watch(EtcdReader* reader, size_t member, 
 }
 
 asio::awaitable<Status> EtcdLog::Impl::Follow(uint64_t followed, Sequence from, News news) {
-  EtcdReader reader(keys_, from);
+  EtcdReader reader(keys_, from, &id_);
   while (IsFollowed(followed)) {
     size_t member = 0;
     Result<EtcdReader::News> found = co_await Read(&reader, &member);

@@ -7,6 +7,7 @@
 // stands in its way, so that one answer decides. A follower reads up to the end and then watches;
 // a watch that is silent for a second is begun again with a read, so that one whose member is cut
 // off is noticed. News come once a second at least, as long as a majority of etcd responds.
+// Another log than the first one that was seen, by its id, is an error as long as it is there.
 #pragma once
 
 #include <chrono>

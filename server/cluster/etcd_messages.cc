@@ -51,6 +51,11 @@ Error Unexpected(std::string_view field, std::string_view expected) {
   return Error{"field \"" + std::string(field) + "\": expected " + std::string(expected)};
 }
 
+Error Canceled(std::string_view reason) {
+  return Error{"etcd canceled the watch: " +
+               (reason.empty() ? "no reason given" : EscapeControls(reason, ""))};
+}
+
 // Members of an object; what is absent is empty or zero.
 Result<uint64_t> Number(const json::object& object, std::string_view field) {
   const json::value* const value = object.if_contains(field);
@@ -289,21 +294,23 @@ Result<TxnAnswer> ParseRead(std::string_view text, size_t parts) {
 Result<WatchAnswer> ParseWatch(std::string_view line) {
   Document document;
   PHEROMONE_TRY(const json::object* const top, Parse(line, &document));
-  WatchAnswer answer;
-  if (const json::value* const error = top->if_contains("error")) {
-    answer.is_canceled = true;
-    const json::object* const fields = error->if_object();
-    const json::value* const message = fields != nullptr ? fields->if_contains("message") : nullptr;
-    answer.reason = message != nullptr && message->is_string() ? std::string(message->get_string())
-                                                               : std::string("an error");
-    return answer;
+  if (top->contains("error")) {
+    PHEROMONE_TRY(const json::object* const error, Object(*top, "error"));
+    PHEROMONE_TRY(const std::string message, Text(*error, "message"));
+    return Canceled(message);
   }
   if (!top->contains("result")) {
     return Unexpected("result", "an object");
   }
   PHEROMONE_TRY(const json::object* const result, Object(*top, "result"));
-  PHEROMONE_TRY(answer.is_canceled, Boolean(*result, "canceled"));
-  PHEROMONE_TRY(answer.reason, Text(*result, "cancel_reason"));
+  PHEROMONE_TRY(const uint64_t compacted, Number(*result, "compact_revision"));
+  PHEROMONE_TRY(const bool is_canceled, Boolean(*result, "canceled"));
+  if (is_canceled && compacted == 0) {
+    PHEROMONE_TRY(const std::string reason, Text(*result, "cancel_reason"));
+    return Canceled(reason);
+  }
+  WatchAnswer answer;
+  answer.is_compacted = is_canceled;
   PHEROMONE_TRY(const json::array* const events, Array(*result, "events"));
   for (const json::value& item : *events) {
     PHEROMONE_TRY(const json::object* const event, ItemObject(item, "events"));

@@ -101,9 +101,9 @@ struct WatchAnswer {
     bool is_deleted = false;
   };
   std::vector<Change> changes;
-  bool is_canceled = false;
-  std::string reason;  ///< of that
+  bool is_compacted = false;  ///< what it was to begin with: it has ended
 };
+/// Errors, too: it has ended for another reason.
 Result<WatchAnswer> ParseWatch(std::string_view line);
 
 struct StatusAnswer {

@@ -122,7 +122,7 @@ TEST(EtcdMessagesTest, ReadsTheLinesOfAWatch) {
                  R"("created":true}})");
   ASSERT_TRUE(answer.ok()) << answer.error();
   EXPECT_TRUE(answer.value().changes.empty());
-  EXPECT_FALSE(answer.value().is_canceled);
+  EXPECT_FALSE(answer.value().is_compacted);
   answer =
       ParseWatch(R"({"result":{"header":{"revision":"4"},"events":[{"kv":{"key":"Zm9v",)"
                  R"("create_revision":"2","mod_revision":"3","version":"2","value":"YmFyMg=="}},)"
@@ -136,11 +136,16 @@ TEST(EtcdMessagesTest, ReadsTheLinesOfAWatch) {
   answer = ParseWatch(
       R"({"result":{"header":{"raft_term":"2"},"canceled":true,"compact_revision":"4"}})");
   ASSERT_TRUE(answer.ok()) << answer.error();
-  EXPECT_TRUE(answer.value().is_canceled);
-  answer = ParseWatch(R"({"error":{"grpc_code":14,"http_code":503,"message":"no leader"}})");
-  ASSERT_TRUE(answer.ok()) << answer.error();
-  EXPECT_TRUE(answer.value().is_canceled);
-  EXPECT_EQ(answer.value().reason, "no leader");
+  EXPECT_TRUE(answer.value().is_compacted);
+}
+
+TEST(EtcdMessagesTest, AWatchThatIsCanceledWithoutACompactionIsAnErrorWithItsReason) {
+  EXPECT_EQ(ErrorOfWatch(R"({"error":{"grpc_code":14,"http_code":503,"message":"no leader"}})"),
+            "etcd canceled the watch: no leader");
+  EXPECT_EQ(ErrorOfWatch(R"({"result":{"canceled":true,"cancel_reason":"no leader"}})"),
+            "etcd canceled the watch: no leader");
+  EXPECT_EQ(ErrorOfWatch(R"({"result":{"canceled":true,"compact_revision":"0"}})"),
+            "etcd canceled the watch: no reason given");
 }
 
 TEST(EtcdMessagesTest, WrongLinesOfAWatchAreErrors) {

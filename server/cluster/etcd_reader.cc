@@ -55,6 +55,7 @@ Result<EtcdReader::News> EtcdReader::OnRead(std::string_view text) {
   const auto only = [&](size_t part) {
     return answer.parts[part].entries.empty() ? Entry{} : answer.parts[part].entries.front();
   };
+  PHEROMONE_TRY_STATUS(KeepId(keys_, only(1).value, id_));
   Sequence floor = 1;
   if (!answer.parts[2].entries.empty()) {
     const Result<Sequence> number = FromHex(only(2).value);
@@ -65,7 +66,6 @@ Result<EtcdReader::News> EtcdReader::OnRead(std::string_view text) {
   }
   const bool went_back = answer.revision < revision_;  // etcd was restored from a backup
   leader_ = {only(0).revision, only(0).value};
-  id_ = only(1).value;
   floor_ = floor;
   revision_ = answer.revision;
 
@@ -152,13 +152,13 @@ Result<EtcdReader::News> EtcdReader::OnWatch(std::string_view line) {
 Result<EtcdReader::News> EtcdReader::TryWatch(std::string_view line) {
   PHEROMONE_TRY(const WatchAnswer answer, ParseWatch(line));
   News news;
-  news.more = answer.is_canceled;  // what it was to begin with is compacted
+  news.more = answer.is_compacted;
   for (const WatchAnswer::Change& change : answer.changes) {
     const Entry& entry = change.entry;
     if (entry.key == keys_.leader()) {
       leader_ = {change.is_deleted ? 0 : entry.revision, entry.value};
     } else if (entry.key == keys_.id()) {
-      id_ = entry.value;
+      PHEROMONE_TRY_STATUS(KeepId(keys_, entry.value, id_));
     } else if (entry.key == keys_.floor() && !change.is_deleted) {
       const Result<Sequence> number = FromHex(entry.value);
       if (!number.ok()) {
@@ -191,7 +191,7 @@ Result<StoredGroup> EtcdReader::Decode(const Entry& entry, Sequence first) const
 }
 
 void EtcdReader::Fill(News* news) const {
-  news->id = id_;
+  news->id = *id_;
   news->leader = news->more ? Leader{} : leader_;
   news->floor = floor_;
   news->log_end = std::max(log_end_, floor_);

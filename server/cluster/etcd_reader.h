@@ -1,7 +1,7 @@
 // Where a follower stands in the log, and what it asks etcd next: reads in portions up to the log's
 // end, then a watch from there. Sans I/O.
 //
-//   EtcdReader reader(keys, from);
+//   EtcdReader reader(keys, from, &id);
 //   for (;;) {
 //     ... reader.ReadRequest() is sent; its answer: ...
 //     const Result<News> news = reader.OnRead(text);
@@ -11,7 +11,8 @@
 //
 // Each read is a transaction and groups are never changed, so that reads of any revisions fit
 // together; what is already read, a watch may show again. Nothing is returned twice, and nothing
-// after a gap: a gap in a watch asks for a read, a gap in a read is an error.
+// after a gap: a gap in a watch asks for a read, a gap in a read is an error. Another log than the
+// first that was read, by its id, is an error, too: its sequences and terms mean nothing here.
 #pragma once
 
 #include <string>
@@ -28,8 +29,10 @@ namespace pheromone::cluster {
 
 class EtcdReader {
  public:
-  /// Begins with the group that contains `from`.
-  EtcdReader(EtcdKeys keys, Sequence from) : keys_(std::move(keys)), from_(from), next_(from) {}
+  /// Begins with the group that contains `from`. `id` is the log's, or empty: then it is set as
+  /// soon as it is read. The reader refers to it.
+  EtcdReader(EtcdKeys keys, Sequence from, std::string* id)
+      : keys_(std::move(keys)), from_(from), next_(from), id_(id) {}
 
   struct News {
     std::string id;
@@ -69,7 +72,7 @@ class EtcdReader {
   uint64_t window_ = 64;  // sequences before from_ among which its group is sought
   bool looked_again_ = false;
 
-  std::string id_;
+  std::string* id_;
   Leader leader_;
   Sequence floor_ = 1;
   Sequence log_end_ = 1;

@@ -58,10 +58,11 @@ using Sequences = std::vector<Sequence>;
 class EtcdReaderTest : public testing::Test {
  protected:
   // Found: the log ends before 5.
-  EtcdReaderTest() : reader_(EtcdKeys("lab"), 5) {
+  EtcdReaderTest() : reader_(EtcdKeys("lab"), 5, &id_) {
     EXPECT_EQ(Firsts(reader_.OnRead(ReadAnswer(""))), Sequences{});
     EXPECT_TRUE(reader_.found());
   }
+  std::string id_;
   EtcdReader reader_;
 };
 
@@ -116,7 +117,8 @@ TEST_F(EtcdReaderTest, AGapInTheLogIsAnErrorAfterASecondLook) {
 
 // The reader was beyond the end of a log from a backup, which then grew.
 TEST(EtcdReader, TheLogGrowsOverTheReadersPlace) {
-  EtcdReader reader(EtcdKeys("lab"), 6);
+  std::string id;
+  EtcdReader reader(EtcdKeys("lab"), 6, &id);
   static_cast<void>(reader.OnRead(ReadAnswer("")));
   ASSERT_TRUE(reader.found());
   EXPECT_TRUE(reader.OnRead(ReadAnswer(Kv(kKey7, kGroup7))).value().more);
@@ -128,7 +130,8 @@ TEST(EtcdReader, TheLogGrowsOverTheReadersPlace) {
 }
 
 TEST(EtcdReader, BeginsWithTheGroupThatContainsItsPlace) {
-  EtcdReader reader(EtcdKeys("lab"), 6);
+  std::string id;
+  EtcdReader reader(EtcdKeys("lab"), 6, &id);
   const Result<EtcdReader::News> news = reader.OnRead(ReadAnswer(Kv(kKey5, kGroup5)));
   EXPECT_EQ(Firsts(news), Sequences{});
   EXPECT_TRUE(news.value().more);
@@ -136,7 +139,8 @@ TEST(EtcdReader, BeginsWithTheGroupThatContainsItsPlace) {
 }
 
 TEST(EtcdReader, BeginsAfterAGroupThatEndsBeforeItsPlace) {
-  EtcdReader reader(EtcdKeys("lab"), 9);
+  std::string id;
+  EtcdReader reader(EtcdKeys("lab"), 9, &id);
   const Result<EtcdReader::News> news = reader.OnRead(ReadAnswer(Kv(kKey5, kGroup5)));
   EXPECT_TRUE(news.value().more);
   EXPECT_EQ(reader.next(), 9u);
@@ -144,7 +148,8 @@ TEST(EtcdReader, BeginsAfterAGroupThatEndsBeforeItsPlace) {
 }
 
 TEST(EtcdReader, LooksFartherBackUntilTheBeginning) {
-  EtcdReader reader(EtcdKeys("lab"), 1'000'000);
+  std::string id;
+  EtcdReader reader(EtcdKeys("lab"), 1'000'000, &id);
   int reads = 0;
   std::string last;
   for (; !reader.found() && reads < 20; ++reads) {
@@ -158,7 +163,8 @@ TEST(EtcdReader, LooksFartherBackUntilTheBeginning) {
 }
 
 TEST(EtcdReader, BeginsAtTheFloorIfItsPlaceIsBefore) {
-  EtcdReader reader(EtcdKeys("lab"), 2);
+  std::string id;
+  EtcdReader reader(EtcdKeys("lab"), 2, &id);
   static_cast<void>(reader.OnRead(ReadAnswer("", 20, kFive)));
   EXPECT_FALSE(reader.found());
   static_cast<void>(reader.OnRead(ReadAnswer(Kv(kKey5, kGroup5), 20, kFive)));
@@ -169,7 +175,8 @@ TEST(EtcdReader, BeginsAtTheFloorIfItsPlaceIsBefore) {
 }
 
 TEST(EtcdReader, BeginsAtTheFloorIfThatOvertakesIt) {
-  EtcdReader reader(EtcdKeys("lab"), 2);
+  std::string id;
+  EtcdReader reader(EtcdKeys("lab"), 2, &id);
   static_cast<void>(reader.OnRead(ReadAnswer("")));
   EXPECT_TRUE(reader.found());
   EXPECT_TRUE(reader.OnRead(ReadAnswer(Kv(kKey5, kGroup5), 21, kFive)).value().more);
@@ -200,6 +207,27 @@ TEST_F(EtcdReaderTest, ACompactedWatchAsksForARead) {
       reader_.OnWatch(R"({"result":{"canceled":true,"compact_revision":"4"}})");
   ASSERT_TRUE(news.ok()) << news.error();
   EXPECT_TRUE(news.value().more);
+}
+
+TEST_F(EtcdReaderTest, AWatchThatIsCanceledOtherwiseIsAnError) {
+  EXPECT_FALSE(reader_.OnWatch(R"({"result":{"canceled":true}})").ok());
+}
+
+TEST_F(EtcdReaderTest, AnotherLogIsAnErrorOfWhichNothingIsTaken) {
+  EXPECT_EQ(id_, "ID");
+  const std::string another = "key /pheromone/lab/id: found \"a\", expected \"ID\": ";
+  std::string answer = ReadAnswer(Kv(kKey5, kGroup5), 3, kFive);
+  answer.replace(answer.find("SUQ="), 4, "YQ==");
+  const Result<EtcdReader::News> read = reader_.OnRead(answer);
+  ASSERT_FALSE(read.ok());
+  EXPECT_TRUE(read.error().starts_with(another)) << read.error();
+  const Result<EtcdReader::News> watch =
+      reader_.OnWatch(R"({"result":{"events":[{"kv":)" + Kv(kKey5, kGroup5) + R"(},{"kv":)" +
+                      Kv("L3BoZXJvbW9uZS9sYWIvaWQ=", "YQ==") + "}]}}");
+  ASSERT_FALSE(watch.ok());
+  EXPECT_TRUE(watch.error().starts_with(another)) << watch.error();
+  EXPECT_TRUE(reader_.found());
+  EXPECT_EQ(Firsts(reader_.OnRead(ReadAnswer(Kv(kKey5, kGroup5)))), Sequences{5});
 }
 
 TEST_F(EtcdReaderTest, ADamagedGroupIsAnErrorAndReadAgain) {

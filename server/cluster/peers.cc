@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <exception>
 #include <list>
+#include <optional>
 #include <utility>
 #include <variant>
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -18,6 +18,8 @@
 #include "server/cluster/peer_tls.h"
 #include "server/net/listen.h"
 #include "server/robots/links/backoff.h"
+#include "server/robots/links/keep_running.h"
+#include "server/robots/links/link.h"
 
 namespace pheromone::cluster {
 namespace {
@@ -69,12 +71,15 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
       error_code ignored;
       acceptor_.set_option(tcp::acceptor::reuse_address(true), ignored);
     }));
-    Spawn([](std::shared_ptr<Impl> self) { return self->AcceptAll(); });
-    Spawn([](std::shared_ptr<Impl> self) { return self->CheckTimes(); });
+    // Whatever has failed is not tried again at once.
+    Keep([again = false](Impl* self) mutable {
+      return self->AcceptAll(std::exchange(again, true));
+    });
+    Keep([](Impl* self) { return self->CheckTimes(); });
     for (auto& [name, node] : nodes_) {
       if (settings_.own.node < name) {
-        Spawn([&name = name, &node = node](std::shared_ptr<Impl> self) {
-          return self->Dial(&name, &node);
+        Keep([&name = name, &node = node, again = false](Impl* self) mutable {
+          return self->Dial(&name, &node, std::exchange(again, true));
         });
       }
     }
@@ -160,24 +165,35 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
     uint64_t times_up = 0;
   };
 
-  template <typename Make>
-  void Spawn(Make make) {
-    asio::co_spawn(
-        executor_, [self = shared_from_this(), make] { return make(self); }, asio::detached);
+  template <typename Begin>
+  void Keep(Begin begin) {
+    const auto self = shared_from_this();
+    links::KeepRunning(
+        executor_, [self, begin]() mutable { return begin(self.get()); },
+        [self](const Error& error) { self->Warn(error); });
   }
 
-  asio::awaitable<void> AcceptAll() {
+  // `pauses`: something has failed before.
+  asio::awaitable<void> AcceptAll(bool pauses) {
     const auto self = shared_from_this();
     while (!is_stopped_) {
       error_code error;
-      tcp::socket socket = co_await acceptor_.async_accept(ErrorTo(&error));
-      if (!error && !is_stopped_) {
-        MakeRoom();
-        const Connection it = Add(std::move(socket), "");
-        Spawn([it](std::shared_ptr<Impl> impl) { return impl->Serve(it); });
-      } else if (!is_stopped_) {
+      if (pauses) {
+        pauses = false;
         trouble_.expires_after(kAfterTrouble);
         co_await trouble_.async_wait(ErrorTo(&error));
+        continue;
+      }
+      tcp::socket socket = co_await acceptor_.async_accept(ErrorTo(&error));
+      pauses = error.failed();
+      if (!error && !is_stopped_) {
+        MakeRoom();
+        asio::co_spawn(executor_, Serve(Add(std::move(socket), "")),
+                       [self](const std::exception_ptr& thrown) {
+                         if (thrown) {
+                           self->Warn(links::InternalError(thrown));
+                         }
+                       });
       }
     }
   }
@@ -195,10 +211,17 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
     }
   }
 
-  asio::awaitable<void> Dial(const std::string* name, Node* node) {
+  asio::awaitable<void> Dial(const std::string* name, Node* node, bool pauses) {
     const auto self = shared_from_this();
-    while (!is_stopped_) {
+    for (; !is_stopped_; pauses = true) {
       error_code error;
+      if (pauses) {
+        node->pause.expires_after(node->backoff.Next());
+        co_await node->pause.async_wait(ErrorTo(&error));
+      }
+      if (is_stopped_) {
+        co_return;
+      }
       const Connection it = Add(tcp::socket(executor_), *name);
       const tcp::endpoint to(asio::ip::make_address(node->address.address, error),
                              node->address.port);
@@ -209,10 +232,6 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
         it->Close("cannot connect to " + ToText(node->address) + ": " + error.message());
       }
       co_await Serve(it);
-      if (!is_stopped_) {
-        node->pause.expires_after(node->backoff.Next());
-        co_await node->pause.async_wait(ErrorTo(&error));
-      }
     }
   }
 
@@ -321,6 +340,7 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
     if (found == nodes_.end() || (found->second.up != nullptr && found->second.up != it)) {
       ++strangers_.count;
       strangers_.last = it->address() + ": " + it->why();
+      Warn("a connection that is of no node was closed: " + strangers_.last);
       return;
     }
     Node& node = found->second;
@@ -332,6 +352,22 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
         callbacks_.on_down(found->first, it->why());
       }
     }
+  }
+
+  // Anybody can cause them, so few are told.
+  void Warn(const std::string& text) {
+    const Clock::time_point now = Clock::now();
+    if (is_stopped_ || !callbacks_.on_warning) {
+      return;
+    }
+    if (warned_ && now - *warned_ < settings_.times.quiet) {
+      ++untold_;
+      return;
+    }
+    warned_ = now;
+    const uint64_t untold = std::exchange(untold_, 0);
+    callbacks_.on_warning(
+        text + (untold == 0 ? "" : "; " + std::to_string(untold) + " more since the last warning"));
   }
 
   asio::awaitable<void> CheckTimes() {
@@ -358,6 +394,8 @@ class Peers::Impl : public std::enable_shared_from_this<Impl> {
   std::map<std::string, Node> nodes_;  // the others
   std::list<Connection> open_;         // the oldest first
   StrangerState strangers_;
+  std::optional<Clock::time_point> warned_;
+  uint64_t untold_ = 0;  // since then
 };
 
 Peers::Peers(asio::any_io_executor executor, PeersSettings settings, PeersCallbacks callbacks)

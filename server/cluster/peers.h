@@ -46,6 +46,7 @@ struct PeerTimes {
   std::chrono::milliseconds stuck{2'000};     ///< nothing can be sent: the other side does not read
   std::chrono::milliseconds first_pause{50};  ///< before it is dialed again; doubles
   std::chrono::milliseconds longest_pause{500};
+  std::chrono::milliseconds quiet{60'000};  ///< between two warnings, at least
 };
 
 struct PeersSettings {
@@ -60,6 +61,8 @@ struct PeersCallbacks {
   std::function<void(const std::string& node, PeerMessage message)> on_message;
   std::function<void(const std::string& node, const Greeting& greeting)> on_up;
   std::function<void(const std::string& node, const std::string& why)> on_down;  ///< it was up
+  /// For the log: a stranger, or an internal error in spite of which it goes on.
+  std::function<void(const std::string& text)> on_warning{};
 };
 
 /// For status.

@@ -86,6 +86,7 @@ struct ClusterSettings {
   };
 
   static constexpr uint32_t kHeartbeatMs = 50;  ///< between two of a daemon
+  static constexpr size_t kMaxMachines = 9;
 
   std::string name;
   std::vector<Endpoint> engine;  ///< of etcd's members, in plain HTTP

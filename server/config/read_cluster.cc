@@ -9,7 +9,6 @@
 namespace pheromone::config {
 namespace {
 
-constexpr size_t kMaxMachines = 9;
 constexpr size_t kLeastSecretDigits = 64;
 constexpr size_t kMaxSecretDigits = 512;
 constexpr int64_t kLeastBeats = 4;  // until a leader is suspected
@@ -51,7 +50,7 @@ void ReadEngine(const TableReader& table, std::vector<Endpoint>* engine) {
     return;
   }
   if (list->kind != Value::Kind::kArray || list->items.empty() ||
-      list->items.size() > kMaxMachines) {
+      list->items.size() > ClusterSettings::kMaxMachines) {
     table.Expected("engine", *list, kExpected);
     return;
   }
@@ -80,7 +79,7 @@ void ReadNodes(const TableReader& table, std::vector<Node>* nodes) {
     return;
   }
   const Value& list = *table.Find("nodes");
-  if (list.items.empty() || list.items.size() > kMaxMachines) {
+  if (list.items.empty() || list.items.size() > ClusterSettings::kMaxMachines) {
     table.Expected("nodes", list, kExpected);
     return;
   }

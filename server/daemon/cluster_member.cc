@@ -22,7 +22,6 @@ using std::chrono::steady_clock;
 
 constexpr size_t kMaxSending = 4'096;  // messages on their way to the thread; robots repeat theirs
 constexpr uint64_t kBetweenViewsMs = 20;
-constexpr size_t kMaxStrangersTold = 16;
 constexpr milliseconds kBetweenLooks{20};
 constexpr milliseconds kBetweenTold{5'000};
 constexpr milliseconds kHandOverPatience{2'000};
@@ -127,7 +126,8 @@ ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t l
                 spdlog::warn("cluster: the connection to {} ended: {}", node, why);
                 told_down_[node].insert(why);
                 cluster_->OnDown(node);
-              }});
+              },
+          .on_warning = [](const std::string& text) { spdlog::warn("cluster: {}", text); }});
   replicated_ = std::make_unique<cluster::EtcdLog>(
       io_.get_executor(), EtcdSettingsOf(settings_, local_.founds ? local_.id : ""));
 }
@@ -188,14 +188,8 @@ Status ClusterMember::NoteId(const std::string& id) {
   return Ok();
 }
 
-// Each reason once, until there is a connection; of strangers, a few.
+// Each reason once, until there is a connection.
 void ClusterMember::ReportPeers() {
-  std::set<std::string>& strangers = told_down_[""];
-  const std::string stranger = peers_->strangers().last;
-  if (!stranger.empty() && strangers.size() < kMaxStrangersTold &&
-      strangers.insert(stranger).second) {
-    spdlog::warn("cluster: refused a connection from {}", stranger);
-  }
   for (const cluster::PeerState& peer : peer_states_) {
     if (peer.is_up) {
       told_down_.erase(peer.node);

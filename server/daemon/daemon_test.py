@@ -3,10 +3,12 @@
 
     daemon_test.py --pheromoned build/release/bin/pheromoned
                    --shim build/release/tests/libpty_as_serial_shim.so
+                   --sick-disk build/release/tests/libsick_disk_shim.so
 """
 
 import os
 import re
+import select
 import signal
 import socket
 import subprocess
@@ -159,26 +161,69 @@ class ProgramTest(DaemonTest):
                 self.assertFalse(os.path.lexists(self.folder / "radio-a.pty"))
 
     def test_a_later_stop_signal_ends_a_stop_that_is_stuck(self):
-        reading, writing = os.pipe()  # nobody reads the log, and it is full
-        with subprocess.Popen([running_daemon.PHEROMONED, "--config", "test.toml"], cwd=self.folder,
-                              stderr=writing) as process:
-            self.addCleanup(os.close, reading)
-            log = b""
-            while b"ready" not in log:
-                log += os.read(reading, 4096)
-            os.set_blocking(writing, False)
-            with self.assertRaises(BlockingIOError):
-                while True:
-                    os.write(writing, b"x")
-            os.set_blocking(writing, True)
-            os.close(writing)
-            process.send_signal(signal.SIGTERM)
+        (self.folder / "state").mkdir()
+        self.config.write_text(CONFIG + PTY + '[journal]\nfolder = "state"\n')
+        with self.start("--config", "test.toml", LD_PRELOAD=running_daemon.SICK_DISK,
+                        SICK_DISK=str(self.folder)) as server:
+            server.await_log("ready")
+            (self.folder / "stuck").touch()
             deadline = time.monotonic() + PATIENCE_S
-            while process.poll() is None and time.monotonic() < deadline:
+            while server.process.poll() is None and time.monotonic() < deadline:
+                server.process.send_signal(signal.SIGTERM)
                 time.sleep(1.1)
-                process.send_signal(signal.SIGTERM)
-            process.kill()
-            self.assertEqual(process.wait(), 128 + signal.SIGTERM)
+            server.process.kill()
+            self.assertEqual(server.process.wait(), 128 + signal.SIGTERM)
+
+    def start_with_a_full_log(self):
+        """The process, whose log nobody reads, and where it would be read."""
+        reading, writing = os.pipe()
+        process = subprocess.Popen([running_daemon.PHEROMONED, "--config", "test.toml"],
+                                   cwd=self.folder, stderr=writing)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        reader = open(reading, "rb", buffering=0)
+        self.addCleanup(reader.close)
+        log = b""
+        while b"ready" not in log:
+            log += reader.read(4096)
+        os.set_blocking(writing, False)
+        with self.assertRaises(BlockingIOError):
+            while True:
+                os.write(writing, b"x")
+        os.set_blocking(writing, True)
+        os.close(writing)
+        return process, reader
+
+    def test_a_log_that_nobody_reads_holds_up_neither_robots_nor_the_stop(self):
+        process, _ = self.start_with_a_full_log()
+        port = os.open(self.folder / "radio-a.pty", os.O_RDWR | os.O_NOCTTY)
+        for nonce in (1, 2, 1):  # two robots under one ID, of which the log tells
+            os.write(port, frame(3, 0x71, bytes([nonce, 0, 1, 0])))
+        os.write(port, PING)
+        answers = b""
+        while ECHO not in answers:
+            self.assertTrue(select.select([port], [], [], PATIENCE_S)[0], answers)
+            answers += os.read(port, 64)
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(PATIENCE_S), 0)
+        os.close(port)
+
+    def test_a_log_that_was_not_read_for_a_while_tells_how_much_is_missing(self):
+        process, reader = self.start_with_a_full_log()
+        for _ in range(400):  # more than three lines each
+            with socket.socket(socket.AF_UNIX) as control:
+                control.connect(str(self.folder / "pheromoned.sock"))
+                control.sendall(b"POST /api/v1/reload HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\n"
+                                b"Connection: close\r\n\r\n")
+                self.assertIn(b" 200 OK\r\n", control.recv(4096))
+        log = b""
+        while b"lines of the log are missing here" not in log:
+            log += reader.read(4096)
+        process.send_signal(signal.SIGTERM)
+        while more := reader.read(4096):
+            log += more
+        self.assertEqual(process.wait(PATIENCE_S), 0)
+        self.assertTrue(log.endswith(b"stopped\n"), log[-200:])
 
     def test_two_robots_under_one_id_are_warned_of_and_in_the_summary(self):
         with self.start("--config", "test.toml") as server:

@@ -146,6 +146,33 @@ void MakeToken(config::WebSettings* web) {
   spdlog::info("web: made a token, {}", config::AbsolutePath(web->token_file));
 }
 
+int Serve(const Options& options, const std::optional<maps::SavedField>& field,
+          config::Config config) {
+  const char* state_directory = std::getenv("STATE_DIRECTORY");
+  WarnOfWhatIsNotKept(config, options.save_field, state_directory);
+  const Status usable = CheckJournalFolder(config, state_directory);
+  if (!usable.ok()) {
+    spdlog::critical("{}", usable.error());
+    return kUsage;
+  }
+  MakeToken(&config.web);
+  auto journal = JournalOwner::Open(config.journal, config.cluster.has_value());
+  if (!journal.ok()) {
+    spdlog::critical("{}", journal.error());
+    return 1;
+  }
+  const std::string misfit =
+      journal.value()->WhyNotFor(config.cluster ? config.cluster->name : std::string());
+  if (!misfit.empty()) {
+    spdlog::critical("journal: {}", misfit);
+    return kUsage;
+  }
+  Daemon daemon(
+      std::move(config), std::move(journal).value(), [&] { return LoadAgain(options, field); },
+      options.save_field);
+  return daemon.Run();
+}
+
 int Run(const Options& options) {
   const char* state_directory = std::getenv("STATE_DIRECTORY");
   if (options.print_default) {
@@ -183,28 +210,7 @@ int Run(const Options& options) {
   }
   SetUpLogging(options.log_level.empty() ? config.daemon.log_level : options.log_level);
   spdlog::info("pheromoned {}, {}", PHEROMONE_VERSION, name);
-  WarnOfWhatIsNotKept(config, options.save_field, state_directory);
-  const Status usable = CheckJournalFolder(config, state_directory);
-  if (!usable.ok()) {
-    spdlog::critical("{}", usable.error());
-    return kUsage;
-  }
-  MakeToken(&config.web);
-  auto journal = JournalOwner::Open(config.journal, config.cluster.has_value());
-  if (!journal.ok()) {
-    spdlog::critical("{}", journal.error());
-    return 1;
-  }
-  const std::string misfit =
-      journal.value()->WhyNotFor(config.cluster ? config.cluster->name : std::string());
-  if (!misfit.empty()) {
-    spdlog::critical("journal: {}", misfit);
-    return kUsage;
-  }
-  Daemon daemon(
-      std::move(config), std::move(journal).value(), [&] { return LoadAgain(options, field); },
-      options.save_field);
-  return daemon.Run();
+  return EndLogging(Serve(options, field, std::move(config)));
 }
 
 int Main(int argc, char** argv) {

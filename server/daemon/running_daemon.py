@@ -27,6 +27,7 @@ from test_config import map_of, pheromone, pty  # noqa: E402
 
 PHEROMONED = ""
 SHIM = ""
+SICK_DISK = ""
 PATIENCE_S = 30  # of a busy machine; nothing waits this long when things are well
 
 CONFIG = map_of() + pheromone(1, "trail", tau_s=30.0, maximum=0.25)
@@ -114,11 +115,13 @@ class DaemonTest(unittest.TestCase):
 
 
 def main(description):
-    global PHEROMONED, SHIM
+    global PHEROMONED, SHIM, SICK_DISK
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
     parser.add_argument("--pheromoned", required=True)
     parser.add_argument("--shim", default="")
+    parser.add_argument("--sick-disk", default="")
     arguments, rest = parser.parse_known_args()
     PHEROMONED = str(pathlib.Path(arguments.pheromoned).resolve())
     SHIM = str(pathlib.Path(arguments.shim).resolve()) if arguments.shim else ""
+    SICK_DISK = str(pathlib.Path(arguments.sick_disk).resolve()) if arguments.sick_disk else ""
     unittest.main(argv=[sys.argv[0], *rest])

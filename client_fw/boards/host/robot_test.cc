@@ -85,14 +85,14 @@ class RobotTest : public testing::Test {
       ASSERT_TRUE(Decode(request_, &sense_));
       Encode(protocol::SenseAnswer{kTestId, 2, false, left_, 0}, &answer);
     }
-    const std::vector<uint8_t> frame = Harness::FrameOf(answer);
+    const std::vector<uint8_t> frame = FrameOf(answer);
     board_.Receive(frame.data(), frame.size());
   }
 
   void Command(const protocol::Command& command) {
     protocol::Message message;
     Encode(command, &message);
-    const std::vector<uint8_t> frame = Harness::FrameOf(message);
+    const std::vector<uint8_t> frame = FrameOf(message);
     board_.Receive(frame.data(), frame.size());
     Step();
   }

@@ -155,30 +155,13 @@ class World {
       }
       return Traced(trace.seq);
     }
-    protocol::HelloAnswer greeting;
-    greeting.id = kTestId;
-    greeting.nonce = kTestNonce;
-    greeting.protocol_version = protocol::kProtocolVersion;
-    greeting.epoch = 3;
-    greeting.pose_unit_10um = 100;
-    greeting.type_mask = 0x0002;
+    protocol::HelloAnswer greeting = GreetingOf(kTestId, kTestNonce, 3);
     greeting.slot_ms = 1;
     greeting.response_window_ms = 100;
     greeting.last_seq = last_seq_;
     protocol::HelloRequest hello;
     EXPECT_TRUE(Decode(request, &hello)) << "opcode " << int{request.opcode};
     return FrameOf(greeting);
-  }
-
-  static Bytes FrameOf(const protocol::Message& message) {
-    uint8_t frame[protocol::kMaxFrame];
-    return Bytes(frame, frame + protocol::EncodeFrame(message, frame, sizeof frame));
-  }
-  template <class T>
-  static Bytes FrameOf(const T& what) {
-    protocol::Message message;
-    Encode(what, &message);
-    return FrameOf(message);
   }
 
   void LookForAnswers() {

@@ -36,7 +36,6 @@ void ServerChoice::OnSent(std::span<const uint8_t> frame, int64_t now_ms) {
   if (!is_query_) {
     change_ =
         Change{sent->opcode, sent->data[0], Waits(now_ms) ? change_->since_ms : now_ms, now_ms};
-    stuck_ = now_ms - change_->since_ms >= kChangePatienceMs;
   }
   if (sent->opcode == protocol::kHello) {
     hello_ = unanswered_;
@@ -83,7 +82,7 @@ void ServerChoice::OnHelloAnswer(const protocol::Message& message) {
   if (!Decode(message, &answer) || !said || !Decode(*said, &hello) || answer.nonce != hello.nonce) {
     return;
   }
-  new_epoch_ = doubtful_ && epoch_ && *epoch_ != answer.epoch;
+  new_epoch_ |= doubtful_ && epoch_ && *epoch_ != answer.epoch;
   doubtful_ = false;
   epoch_ = answer.epoch;
   change_.reset();  // the client drops it, or repeats it
@@ -106,7 +105,7 @@ bool ServerChoice::IsDue(int64_t now_ms) const {
       now_ms - *queried_ms_ >= patience_ms(kQueryPatienceMs)) {
     return true;
   }
-  return stuck_;
+  return change_ && change_->sent_ms - change_->since_ms >= kChangePatienceMs;
 }
 
 bool ServerChoice::Move(int64_t now_ms) {
@@ -116,7 +115,6 @@ bool ServerChoice::Move(int64_t now_ms) {
   server_ = (server_ + 1) % servers_;
   ++moves_;
   refused_ = false;
-  stuck_ = false;
   arrived_ms_ = now_ms;
   decoder_ = protocol::FrameDecoder(protocol::kNoGapTimeout);
   asked_ms_.reset();

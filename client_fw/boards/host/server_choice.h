@@ -35,7 +35,7 @@ constexpr int64_t kQueryPatienceMs = 40;
 /// Both double each time the whole list has been tried in vain, so often.
 constexpr size_t kPatienceDoublings = 2;
 /// A change that waits longer, while queries are answered: this server cannot make it last.
-constexpr int64_t kChangePatienceMs = 3000;
+constexpr int64_t kChangePatienceMs = 1000;
 /// Between HELLOs that ask whether the new server is one of the same cluster.
 constexpr int64_t kInquiryMs = 1000;
 
@@ -82,7 +82,6 @@ class ServerChoice {
   size_t server_ = 0;
   size_t moves_ = 0;
   bool refused_ = false;
-  bool stuck_ = false;
   int64_t arrived_ms_ = 0;
   protocol::FrameDecoder decoder_{protocol::kNoGapTimeout};
   std::vector<uint8_t> unanswered_;    // the last request

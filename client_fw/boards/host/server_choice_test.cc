@@ -18,8 +18,7 @@ Bytes Ping() {  // after a pad byte, as a client resynchronises
   ping.opcode = protocol::kPing;
   ping.length = 1;
   ping.data[0] = 9;
-  uint8_t frame[protocol::kMaxFrame];
-  Bytes bytes(frame, frame + protocol::EncodeFrame(ping, frame, sizeof frame));
+  Bytes bytes = FrameOf(ping);
   bytes.insert(bytes.begin(), 0x00);
   return bytes;
 }
@@ -163,14 +162,24 @@ TEST_F(ServerChoiceTest, AServerThatAnswersOnlyQueriesIsLeftWithAChangeThatWaits
     Exchange(Sense(1), Sensed());
     now_ms_ += 100;
   }
-  EXPECT_EQ(begin_ms + 3100, now_ms_);  // at the first repetition after three seconds
+  EXPECT_EQ(begin_ms + 1100, now_ms_);  // at the first repetition after a second
   EXPECT_EQ(1u, choice_.server());
   Exchange(Trace(4), Traced(4));
-  for (uint8_t seq = 5; seq < 100; ++seq) {  // a new change has three seconds of its own
+  for (uint8_t seq = 5; seq < 100; ++seq) {  // a new change has a second of its own
     Exchange(Trace(seq), seq % 2 == 0 ? Traced(seq) : Refusal(seq, protocol::Reason::kMapFull));
     now_ms_ += 100;
     ASSERT_FALSE(choice_.Move(now_ms_));
   }
+}
+
+TEST_F(ServerChoiceTest, AServerThatAnswersTheLastRepetitionIsNotLeft) {
+  const int64_t begin_ms = now_ms_;
+  for (; now_ms_ < begin_ms + 1000; now_ms_ += 100) {
+    Exchange(Trace(4), Refusal(4, protocol::Reason::kBusy));
+    ASSERT_FALSE(choice_.Move(now_ms_));
+  }
+  Exchange(Trace(4), Traced(4));
+  EXPECT_EQ(-1, UntilMove());
 }
 
 TEST_F(ServerChoiceTest, AServerThatIsReadOnlyIsLeftToo) {
@@ -179,7 +188,7 @@ TEST_F(ServerChoiceTest, AServerThatIsReadOnlyIsLeftToo) {
     Exchange(Trace(seq), Refusal(seq, protocol::Reason::kReadOnly));
     now_ms_ += 200;
   }
-  EXPECT_EQ(begin_ms + 3200, now_ms_);
+  EXPECT_EQ(begin_ms + 1200, now_ms_);
 
   Exchange(Trace(100), Refusal(100, protocol::Reason::kReadOnly));
   now_ms_ += 5000;
@@ -225,6 +234,17 @@ TEST_F(ServerChoiceTest, TellsOnceThatTheEpochIsAnother) {
   Exchange(Sense(1), Sensed());
   EXPECT_EQ(Hello(), Inquiry());
   choice_.OnReceived(Greeting(3), now_ms_);
+  EXPECT_TRUE(choice_.TakeNewEpoch());
+}
+
+TEST_F(ServerChoiceTest, ASecondCopyOfTheAnswerTakesNothingBack) {
+  ComeFromTheFirst();
+  Exchange(Sense(1), Sensed());
+  EXPECT_EQ(Hello(), Inquiry());
+  Bytes twice = Greeting(4);
+  const Bytes second = Greeting(4);
+  twice.insert(twice.end(), second.begin(), second.end());
+  choice_.OnReceived(twice, now_ms_);
   EXPECT_TRUE(choice_.TakeNewEpoch());
 }
 

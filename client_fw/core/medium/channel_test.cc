@@ -158,7 +158,7 @@ void ExpectHeldBy(const std::vector<uint8_t>& bytes) {
 TEST(ChannelTest, WaitsForTheAnswerToAForeignRequest) {
   Message message;
   ASSERT_TRUE(Encode(protocol::SenseRequest{kTestId + 1, 2, false, {}}, &message));
-  ExpectHeldBy(Harness::FrameOf(message));
+  ExpectHeldBy(FrameOf(message));
 }
 
 TEST(ChannelTest, WaitsAfterExactlyTheRequestsOfTheProtocolsList) {
@@ -187,13 +187,13 @@ TEST(ChannelTest, WaitsForTheAckOfAForeignCommand) {
   protocol::Command command;
   command.id = kTestId + 1;
   Encode(command, &message);
-  ExpectHeldBy(Harness::FrameOf(message));
+  ExpectHeldBy(FrameOf(message));
 }
 
 TEST(ChannelTest, WaitsAfterADamagedFrameWhichTheServerMayHaveUnderstood) {
   Message message;
   ASSERT_TRUE(Encode(protocol::SenseRequest{kTestId + 1, 2, false, {}}, &message));
-  std::vector<uint8_t> frame = Harness::FrameOf(message);
+  std::vector<uint8_t> frame = FrameOf(message);
   frame[4] ^= 0x01;
   ExpectHeldBy(frame);
 }
@@ -448,7 +448,7 @@ TEST(ChannelTest, DamagedAnswerIsNotBelieved) {
   Harness harness;
   harness.Greet();
   ASSERT_TRUE(harness.RunUntilSent());
-  std::vector<uint8_t> frame = Harness::FrameOf(harness.AnswerToSent(0, 0));
+  std::vector<uint8_t> frame = FrameOf(harness.AnswerToSent(0, 0));
   frame[5] ^= 0x01;
   for (const uint8_t byte : frame) {
     harness.FeedByte(byte);

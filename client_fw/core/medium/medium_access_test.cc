@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "client_fw/core/testing/frames.h"
 #include "protocol/frame.h"
 #include "protocol/messages.h"
 
@@ -20,15 +21,6 @@ constexpr uint8_t kUs = 7;
 constexpr uint8_t kSlotMs = 3;
 constexpr uint8_t kWindowMs = 30;
 constexpr int kIdleMs = kSlotMs + 4;  // a slot and three bytes
-
-template <typename M>
-std::vector<uint8_t> FrameOf(const M& from) {
-  protocol::Message message;
-  EXPECT_TRUE(Encode(from, &message));
-  std::vector<uint8_t> frame(protocol::kMaxFrame);
-  frame.resize(protocol::EncodeFrame(message, frame.data(), frame.size()));
-  return frame;
-}
 
 std::vector<uint8_t> SenseOf(uint8_t id) {
   return FrameOf(protocol::SenseRequest{id, 1, false, {0, 0, 0}});

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "client_fw/core/conversation.h"
+#include "client_fw/core/testing/frames.h"
 #include "protocol/frame.h"
 #include "protocol/messages.h"
 
 namespace pheromone {
 namespace client {
 
-constexpr uint8_t kTestId = 7;
 constexpr uint8_t kTestWindowMs = 30;
 constexpr uint8_t kTestSlotMs = 3;
 /// Slot and three bytes at 9600 baud, rounded up: silence after which the channel is idle.
@@ -40,12 +40,7 @@ class Harness {
   explicit Harness(const Parameters& parameters = TestParameters(), uint32_t start_ms = 5000,
                    const RequestMemory& remembered = RequestMemory())
       : now_ms(start_ms), memory(remembered), conversation(parameters, &memory) {
-    hello.id = parameters.id;
-    hello.nonce = parameters.boot_counter;
-    hello.protocol_version = protocol::kProtocolVersion;
-    hello.epoch = 9;
-    hello.pose_unit_10um = 100;
-    hello.antenna_distance_mm = 200;
+    hello = GreetingOf(parameters.id, parameters.boot_counter, 9);
     hello.type_mask = 0x0006;  // types 1 and 2
     hello.slot_ms = kTestSlotMs;
     hello.response_window_ms = kTestWindowMs;
@@ -104,12 +99,6 @@ class Harness {
     protocol::Message message;
     Encode(what, &message);
     Feed(message);
-  }
-
-  static std::vector<uint8_t> FrameOf(const protocol::Message& message) {
-    uint8_t frame[protocol::kMaxFrame];
-    return std::vector<uint8_t>(frame,
-                                frame + protocol::EncodeFrame(message, frame, sizeof(frame)));
   }
 
   void AnswerHello() { FeedEncoded(hello); }

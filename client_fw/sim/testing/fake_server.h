@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "client_fw/core/testing/frames.h"
 #include "client_fw/sim/radio_medium.h"
 #include "protocol/decoder.h"
 #include "protocol/messages.h"
@@ -64,14 +65,7 @@ class FakeServer : public Station {
     protocol::SenseRequest sense;
     protocol::EventReport event;
     if (Decode(request, &hello)) {
-      protocol::HelloAnswer greeting;
-      greeting.id = hello.id;
-      greeting.nonce = hello.nonce;
-      greeting.protocol_version = protocol::kProtocolVersion;
-      greeting.epoch = 1;
-      greeting.pose_unit_10um = 100;
-      greeting.antenna_distance_mm = 200;
-      greeting.type_mask = 0x0002;
+      protocol::HelloAnswer greeting = client::GreetingOf(hello.id, hello.nonce, 1);
       greeting.slot_ms = 2;
       greeting.response_window_ms = kFakeWindowMs;
       Encode(greeting, &answer);
@@ -87,9 +81,7 @@ class FakeServer : public Station {
     } else {
       return;
     }
-    uint8_t frame[protocol::kMaxFrame];
-    const size_t size = EncodeFrame(answer, frame, sizeof(frame));
-    due_.push_back({medium_->now_ns() + delay_ns, {frame, frame + size}});
+    due_.push_back({medium_->now_ns() + delay_ns, client::FrameOf(answer)});
   }
 
   RadioMedium* medium_;

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import socket
 import time
+from types import SimpleNamespace
 from typing import Any
+from unittest import mock
 
 from . import vectors
+from .. import client
 from ..client import Client, Line, NoAnswer, Refused
+from ..servers import Servers
 from .model import Model, Pheromone, cosine_q14, fit_to_wire, round_half_away, sine_q14
 from ..wire import (
+    BUSY,
     EVERYBODY,
     HALT,
+    READ_ONLY,
     REASONS,
     Decoder,
     Message,
@@ -27,8 +33,8 @@ def self_test() -> str:
     """Gives a line to print, or raises AssertionError."""
     return (
         f"{_check_crc()} CRCs, {_check_frames()} frames, {_check_fields()} messages,"
-        f" {_check_streams()} streams, {_check_model()}, {_check_numbers()} and {_check_commands()}"
-        " agree with the specification"
+        f" {_check_streams()} streams, {_check_model()}, {_check_numbers()}, {_check_commands()} and"
+        f" {_check_list()} agree with the specification"
     )
 
 
@@ -200,3 +206,71 @@ def _check_commands() -> str:
     go_told, halt_told = "COMMAND id=16 seq=16 code=4 x=528 y=784", "COMMAND id=255 seq=1 code=1"
     assert obeyed == [go_told, halt_told], f"obeyed {obeyed}"
     return "the handling of commands"
+
+
+class _PutsOff(Line):
+    """A server that makes no change; the next one does. In a time of its own."""
+
+    def __init__(self, reason: int) -> None:
+        super().__init__(-1)
+        self.reason, self.now, self.left_at = reason, 0.0, 0.0
+
+    def sleep(self, s: float) -> None:
+        self.now += s
+
+    def send(self, data: bytes) -> None:
+        pass
+
+    def go_on(self) -> None:
+        self.left_at = self.now
+
+    def receive(self, deadline: float) -> bytes | None:
+        seq = self.decoder.feed(self.unanswered)[0][2]
+        if self.left_at:
+            return build("EVENT_ACK", 16, seq=seq)
+        return build("ERROR", 16, refused_opcode=0x52, reason=self.reason, seq=seq)
+
+
+def _check_list() -> str:
+    """When a client leaves a server that puts changes off; that a list is tried more and more slowly,
+    and that each server gets the request that is unanswered, but no acknowledgement."""
+    for reason in (BUSY, READ_ONLY):
+        line = _PutsOff(reason)
+        clock = SimpleNamespace(monotonic=lambda: line.now, sleep=line.sleep)
+        with mock.patch.object(client, "time", clock):
+            robot = Client(line, 16, timeout=0.25, tries=20)
+            robot._in_step = True
+            while not line.left_at:
+                try:
+                    robot.event(1)
+                except Refused:
+                    line.now += 0.0625
+        assert line.left_at == 1.0, f"left after {line.left_at} s of {REASONS[reason]}"
+
+    sockets = [socket.socket(type=socket.SOCK_DGRAM) for _ in range(2)]
+    for one in sockets:
+        one.bind(("127.0.0.1", 0))
+        one.settimeout(10)
+    first, second = sockets
+    with first, second, Servers([f"udp:127.0.0.1:{one.getsockname()[1]}" for one in sockets]) as line:
+        robot = Client(line, 16, timeout=0.01, tries=1, on_command=lambda _: 0)
+        robot._in_step = True
+        try:
+            robot.sense(1, 2, 3, 4)
+        except NoAnswer:
+            pass
+        request, address = first.recvfrom(99)
+        first.sendto(encode(build("COMMAND", 16, seq=16, code=2)), address)
+        robot.listen(0.01)
+        found = []
+        for _ in range(7):
+            line.go_on()
+            found.append(line.slowness)
+        assert found == [1, 2, 2, 4, 4, 4, 4], f"{found} times as slow"
+        for _ in range(4):
+            heard, address = second.recvfrom(99)
+            assert heard == request, f"the second server got {heard.hex(' ')}"
+        second.sendto(encode(build("COMMAND", EVERYBODY, seq=1, code=HALT)), address)
+        line.receive(time.monotonic() + 10)
+        assert line.slowness == 1, "a server was heard"
+    return "the list of servers"

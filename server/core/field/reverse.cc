@@ -47,7 +47,7 @@ bool Field::VisitRows(uint64_t* position, int64_t* left, HasTiles&& has_tiles,
   constexpr int kRow = kWorkOfNode / 4;
   const uint64_t end = RowsOfTiles();
   const int64_t before = *left;
-  while (*position<end&& * left> 0) {
+  while (*left > 0 && *position < end) {
     const auto leaf = static_cast<int32_t>(*position / kLeafSide);
     if (!has_tiles(leaf)) {
       *position = (*position / kLeafSide + 1) * kLeafSide;

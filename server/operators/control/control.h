@@ -57,7 +57,7 @@ struct ClusterView {
   struct Peer {
     std::string node;
     bool up = false;
-    std::string state;  ///< as text: its address, or why there is no connection
+    std::string state;  ///< as text: its version, or why there is no connection
   };
   std::string name;          ///< of the cluster
   std::string node;          ///< this server's

@@ -30,6 +30,27 @@ int NoCluster() {
 
 }  // namespace
 
+std::string DescribeCluster(const json::value& cluster) {
+  const std::string leader = TextAt(cluster, "leader");
+  std::string text = fmt::format(
+      "cluster   {}, node {}: {}\n"
+      "leader    {}, term {}; {} changes of the leader seen\n"
+      "log       event {} is committed, {} to be applied here; heard {} ago\n",
+      TextAt(cluster, "name"), TextAt(cluster, "node"), TextAt(cluster, "role"),
+      leader.empty() ? "none" : leader, CountAt(cluster, "term"), CountAt(cluster, "elections"),
+      CountAt(cluster, "committed_sequence"), CountAt(cluster, "behind"),
+      Duration(NumberAt(cluster, "heard_s")));
+  if (const std::string transfer = TextAt(cluster, "transfer"); !transfer.empty()) {
+    text += fmt::format("state     {}\n", transfer);
+  }
+  for (const char* const key : {"trouble", "gap"}) {
+    if (const std::string warning = TextAt(cluster, key); !warning.empty()) {
+      text += fmt::format("WARNING   {}\n", warning);
+    }
+  }
+  return text;
+}
+
 int ShowCluster(const ServerOptions& options) {
   const JsonReply reply = CallJson(options, "GET", "/api/v1/status");
   if (reply.exit_status != 0) {
@@ -39,27 +60,12 @@ int ShowCluster(const ServerOptions& options) {
   if (cluster.is_null()) {
     return NoCluster();
   }
+  const int exit_status = At(reply.value, "warning").is_null() ? 0 : kFailed;
   if (options.json) {
     fmt::print("{}\n", json::serialize(cluster));
-    return 0;
+    return exit_status;
   }
-  const std::string leader = TextAt(cluster, "leader");
-  fmt::print("cluster   {}, node {}: {}\n", TextAt(cluster, "name"), TextAt(cluster, "node"),
-             TextAt(cluster, "role"));
-  fmt::print("leader    {}, term {}; {} changes of the leader seen\n",
-             leader.empty() ? "none" : leader, CountAt(cluster, "term"),
-             CountAt(cluster, "elections"));
-  fmt::print("log       event {} is committed, {} to be applied here; heard {} ago\n",
-             CountAt(cluster, "committed_sequence"), CountAt(cluster, "behind"),
-             Duration(NumberAt(cluster, "heard_s")));
-  if (const std::string transfer = TextAt(cluster, "transfer"); !transfer.empty()) {
-    fmt::print("state     {}\n", transfer);
-  }
-  for (const char* const key : {"trouble", "gap"}) {
-    if (const std::string text = TextAt(cluster, key); !text.empty()) {
-      fmt::print("WARNING   {}\n", text);
-    }
-  }
+  fmt::print("{}", DescribeCluster(cluster));
   std::vector<std::vector<std::string>> rows = {{"NODE", "STATE", "HOW"}};
   for (const json::value& peer : ItemsAt(cluster, "peers")) {
     rows.push_back({TextAt(peer, "node"), FlagAt(peer, "up") ? "connected" : "not connected",
@@ -67,7 +73,7 @@ int ShowCluster(const ServerOptions& options) {
   }
   fmt::print("\n");
   PrintTable(rows);
-  return At(reply.value, "warning").is_null() ? 0 : kFailed;
+  return exit_status;
 }
 
 int StepDown(const ServerOptions& options, const std::string& successor) {
@@ -95,8 +101,10 @@ int StepDown(const ServerOptions& options, const std::string& successor) {
     }
     const std::string leader = TextAt(At(now.value, "cluster"), "leader");
     if (!leader.empty() && leader != node) {
-      fmt::print("{} leads\n", leader);
-      return 0;
+      fmt::print("{}", options.json ? reply.text : leader + " leads\n");
+      return successor.empty() || leader == successor
+                 ? 0
+                 : Fail(kFailed, "node " + successor + " has not taken over, " + leader + " has");
     }
     usleep(kBetweenLeadersUs);
   }

@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include <boost/json/value.hpp>
+
 #include "server/operators/ctl/server_call.h"
 
 namespace pheromone::ctl {
@@ -12,7 +14,11 @@ namespace pheromone::ctl {
 /// not accepted at present.
 int ShowCluster(const ServerOptions& options);
 
-/// Lets another server lead, `successor` if it is not empty; waits until one does.
+/// The same but for the others, of the `cluster` of a server's status.
+std::string DescribeCluster(const boost::json::value& cluster);
+
+/// Lets another server lead, `successor` if it is not empty; waits until one does. kFailed: none
+/// does, or another one than that.
 int StepDown(const ServerOptions& options, const std::string& successor);
 
 }  // namespace pheromone::ctl

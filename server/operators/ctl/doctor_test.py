@@ -134,6 +134,26 @@ class WithoutServerTest(Laboratory):
                             and it["level"] == "fault" and "Correct this" in it["mend"]
                             for it in findings), findings)
 
+    def test_a_node_of_a_cluster(self):
+        (self.folder / "secret").write_text("0123456789abcdef" * 4)
+        (self.folder / "secret").chmod(0o600)
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", 0))
+            taken.listen()
+            address = f"127.0.0.1:{taken.getsockname()[1]}"
+
+            def configure(**keys):
+                self.configure(
+                    SOUND + link("modem", "serial", port="/dev/of-the-other", on=["b"])
+                    + table("cluster", name="lab", engine=["http://127.0.0.1:1"], secret_file="secret",
+                            nodes={"a": address, "b": "127.0.0.2:8390"}, **keys))
+            configure(node="a")
+            self.assert_found("fault", "ports", f"node a, TCP {address}: in use by ",
+                              r"choose another port with nodes in \[cluster\]\.", self.examine_file())
+            configure()
+            self.assert_found("warning", "configuration", r"cluster\.node.*named as this machine",
+                              "pheromoned --node NAME", self.examine_file())
+
     def test_antennas_that_are_metres_apart(self):
         self.configure(SOUND.replace("bias_m = 0.2", "bias_m = 33"))
         self.assert_found("warning", "configuration", "33", "Change the value", self.examine_file())

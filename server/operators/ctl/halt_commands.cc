@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -68,20 +69,6 @@ class Watch {
   std::map<std::string, Seen> robots_;
 };
 
-// Prints the links, and returns whether all were told.
-bool TellLinks(const json::value& answer) {
-  const json::array& told = ItemsAt(answer, "links");
-  const json::array& down = ItemsAt(answer, "down");
-  fmt::print("halt sent on {} of {} link{}\n", told.size(), told.size() + down.size(),
-             told.size() + down.size() == 1 ? "" : "s");
-  for (const json::value& link : down) {
-    fmt::print("  {} is down: {}; its robots were not told\n", TextAt(link, "name"),
-               TextAt(link, "state"));
-  }
-  std::fflush(stdout);
-  return down.empty();
-}
-
 int TellFailures(const std::vector<std::string>& failures) {
   for (const std::string& failure : failures) {
     fmt::print("  {}\n", failure);
@@ -89,7 +76,39 @@ int TellFailures(const std::vector<std::string>& failures) {
   return failures.empty() ? 0 : kFailed;
 }
 
+// Whether this server passes its halts on to the one with a link's port.
+bool IsPassedOn(const json::value& link, const json::value& cluster) {
+  const json::array& peers = ItemsAt(cluster, "peers");
+  return std::any_of(peers.begin(), peers.end(), [&](const json::value& peer) {
+    return FlagAt(peer, "up") && TextAt(link, "state") == "at node " + TextAt(peer, "node");
+  });
+}
+
 }  // namespace
+
+HaltedLinks DescribeHaltedLinks(const json::value& answer, const json::value& cluster) {
+  const size_t told = ItemsAt(answer, "links").size();
+  size_t here = told;
+  HaltedLinks links;
+  for (const json::value& link : ItemsAt(answer, "down")) {
+    const std::string name = TextAt(link, "name");
+    const std::string state = TextAt(link, "state");
+    const bool is_passed_on = IsPassedOn(link, cluster);
+    links.all_told &= is_passed_on;
+    if (is_passed_on) {
+      links.text += fmt::format("  {} is {}, to which the halt was passed on\n", name, state);
+    } else if (IsElsewhere(link)) {
+      links.text += fmt::format("  {} is {}, which is not connected; its robots were not told\n",
+                                name, state);
+    } else {
+      ++here;
+      links.text += fmt::format("  {} is down: {}; its robots were not told\n", name, state);
+    }
+  }
+  links.text =
+      fmt::format("halt sent on {} of {} link{}\n", told, here, here == 1 ? "" : "s") + links.text;
+  return links;
+}
 
 int HaltAll(const ServerOptions& options) {
   const JsonReply sent = CallJson(options, "POST", "/api/v1/halt");
@@ -100,7 +119,11 @@ int HaltAll(const ServerOptions& options) {
     fmt::print("{}", sent.text);
     return 0;
   }
-  const bool all_links = TellLinks(sent.value);
+  const Result<json::value> status = AskJson(options, "GET", "/api/v1/status");
+  const HaltedLinks links =
+      DescribeHaltedLinks(sent.value, At(status.ok() ? status.value() : json::value(), "cluster"));
+  fmt::print("{}", links.text);
+  std::fflush(stdout);
   Watch watch;
   const auto deadline = Clock::now() + kStandPatience;
   for (;; usleep(kBetweenGlancesUs)) {
@@ -125,7 +148,7 @@ int HaltAll(const ServerOptions& options) {
     const size_t stand = clients.size() - failures.size();
     fmt::print("{} of {} robot{} stand{}\n", stand, clients.size(), clients.size() == 1 ? "" : "s",
                clients.size() == 1 ? "s" : "");
-    return TellFailures(failures) != 0 || !all_links ? kFailed : 0;
+    return TellFailures(failures) != 0 || !links.all_told ? kFailed : 0;
   }
 }
 

@@ -19,6 +19,15 @@ int HaltAll(const ServerOptions& options);
 /// not, or is silent; they are named.
 int ResumeAll(const ServerOptions& options);
 
+struct HaltedLinks {
+  std::string text;  ///< lines
+  bool all_told = true;
+};
+/// Where the robots were told: the server's answer, and the `cluster` of its status, which may be
+/// null.
+HaltedLinks DescribeHaltedLinks(const boost::json::value& answer,
+                                const boost::json::value& cluster);
+
 /// "8: 4 driving, 2 halted, 2 off the map".
 std::string CountStates(const boost::json::array& clients);
 /// "robot 7 on radio-a has been silent for 12 s".

@@ -54,6 +54,12 @@ inline const boost::json::array& ItemsAt(const boost::json::value& value, std::s
   return items != nullptr ? *items : none;
 }
 
+/// Whether a link's port is at another server of the cluster (`on` in [[link]]), which its state
+/// names.
+inline bool IsElsewhere(const boost::json::value& link) {
+  return !FlagAt(link, "up") && TextAt(link, "state").starts_with("at node ");
+}
+
 /// How many lines of a tracker's datagrams were refused.
 inline uint64_t RefusalsOf(const boost::json::value& tracker) {
   uint64_t refused = 0;

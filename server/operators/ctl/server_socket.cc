@@ -7,12 +7,37 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 namespace pheromone::ctl {
 
+namespace {
+
+constexpr std::string_view kServices = "/run/pheromone/";
+
+}  // namespace
+
 std::string SocketOf(const std::string& instance) {
-  return "/run/pheromone/" + instance + "/pheromoned.sock";
+  return std::string(kServices) + instance + "/pheromoned.sock";
+}
+
+std::string InstanceOf(const std::string& socket) {
+  return socket.starts_with(kServices)
+             ? socket.substr(kServices.size(),
+                             socket.find('/', kServices.size()) - kServices.size())
+             : "";
+}
+
+std::string ConfigOf(const std::string& instance) {
+  return "/etc/pheromone/" + instance + ".toml";
+}
+
+std::string ServiceConfigOf(const std::string& socket) {
+  const std::string instance = InstanceOf(socket);
+  const std::string file = ConfigOf(instance);
+  std::error_code ignored;
+  return !instance.empty() && std::filesystem::exists(file, ignored) ? file : "";
 }
 
 std::string UserName(uid_t id) {

@@ -32,6 +32,15 @@ Status CheckOwner(const std::string& socket, const std::string& verb, uid_t owne
 /// The socket of the service configured by /etc/pheromone/NAME.toml.
 std::string SocketOf(const std::string& instance);
 
+/// The service whose socket it is, "lab" of /run/pheromone/lab/pheromoned.sock; empty: of none.
+std::string InstanceOf(const std::string& socket);
+
+/// /etc/pheromone/NAME.toml.
+std::string ConfigOf(const std::string& instance);
+
+/// The configuration of the service whose socket it is; empty: there is none.
+std::string ServiceConfigOf(const std::string& socket);
+
 /// A user's name, or the number if there is none. For one thread.
 std::string UserName(uid_t id);
 

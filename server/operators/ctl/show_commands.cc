@@ -184,7 +184,8 @@ int ShowLinks(const ServerOptions& options) {
     const json::value& utilisation = At(link, "utilisation");
     rows.push_back(
         {TextAt(link, "name"), TextAt(link, "kind"),
-         !FlagAt(link, "up")      ? "down"
+         IsElsewhere(link)        ? "elsewhere"
+         : !FlagAt(link, "up")    ? "down"
          : FlagAt(link, "silent") ? "silent"
                                   : "up",
          Duration(NumberAt(link, "since_s")), Ago(link, "silent_s"),

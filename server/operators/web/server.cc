@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <exception>
 #include <map>
@@ -24,6 +25,7 @@
 
 #include "server/net/listen.h"
 #include "server/operators/web/connection.h"
+#include "server/operators/web/connection_pace.h"
 #include "server/operators/web/session.h"
 #include "server/operators/web/unix_socket.h"
 
@@ -37,6 +39,8 @@ using boost::system::error_code;
 
 // For example out of descriptors: retry later.
 constexpr std::chrono::milliseconds kAfterTrouble{200};
+constexpr char kNotAccepted[] = "web: a connection was not accepted: ";
+constexpr std::chrono::minutes kBetweenComplaints{1};  // of clients that connect too often
 
 // The acceptor itself has failed, not one connection.
 bool IsLost(const error_code& error) {
@@ -113,7 +117,8 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         tcp_(strand_),
         local_pause_(strand_),
         tcp_pause_(strand_),
-        watch_(strand_) {
+        watch_(strand_),
+        pace_(options_.pace) {
     for (Crowd* const crowd : {&local_crowd_, &tcp_crowd_}) {
       crowd->long_answers = std::make_shared<LongAnswers>(options_.long_answers);
     }
@@ -256,19 +261,16 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         Connection::Protocol::socket socket(asio::make_strand(io_));
         co_await acceptor->async_accept(socket, asio::redirect_error(asio::use_awaitable, error));
         if (!error && !stopping_) {
-          const TlsContext context = crowd == &tcp_crowd_ ? Context() : nullptr;
           std::string client = ClientOf(&socket);
-          if (context != nullptr) {
-            error_code ignored;
-            socket.set_option(tcp::no_delay(true), ignored);
-            ShakeHands(std::make_shared<Connection>(std::move(socket), context), std::move(client));
+          if (crowd == &tcp_crowd_) {
+            TakeInTurn(std::move(socket), std::move(client));
           } else {
             Welcome(Connection(std::move(socket)), crowd, std::move(client));
           }
           taken = true;
         }
       } catch (const std::exception& failure) {  // for example out of memory
-        Tell(std::string("web: a connection was not accepted: ") + failure.what());
+        Tell(kNotAccepted + std::string(failure.what()));
       }
       if (!stopping_ && IsLost(error)) {
         co_await ListenAgain(acceptor, pause);
@@ -276,6 +278,44 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
         pause->expires_after(kAfterTrouble);
         co_await pause->async_wait(asio::redirect_error(asio::use_awaitable, error));
       }
+    }
+  }
+
+  // One of the port, at the pace of its client.
+  void TakeInTurn(Connection::Protocol::socket socket, std::string client) {
+    const auto now = std::chrono::steady_clock::now();
+    const auto wait = pace_.Next(NetworkOf(client), now);
+    if (wait == ConnectionPace::Duration::zero()) {
+      Take(std::move(socket), std::move(client));
+      return;
+    }
+    if (!complained_ || now - *complained_ >= kBetweenComplaints) {
+      complained_ = now;
+      Tell("web: " + client + " connects too often; its new connections wait, or are closed");
+    }
+    if (wait) {
+      const auto timer = std::make_shared<asio::steady_timer>(strand_, *wait);
+      const auto held = std::make_shared<Connection::Protocol::socket>(std::move(socket));
+      timer->async_wait([self = shared_from_this(), timer, held, client](const error_code&) {
+        try {
+          if (!self->stopping_) {
+            self->Take(std::move(*held), client);
+          }
+        } catch (const std::exception& failure) {
+          self->Tell(kNotAccepted + std::string(failure.what()));
+        }
+      });
+    }
+  }
+
+  void Take(Connection::Protocol::socket socket, std::string client) {
+    const TlsContext context = Context();
+    if (context != nullptr) {
+      error_code ignored;
+      socket.set_option(tcp::no_delay(true), ignored);
+      ShakeHands(std::make_shared<Connection>(std::move(socket), context), std::move(client));
+    } else {
+      Welcome(Connection(std::move(socket)), &tcp_crowd_, std::move(client));
     }
   }
 
@@ -385,6 +425,8 @@ class Server::Impl : public std::enable_shared_from_this<Impl> {
   std::string identity_;  // of the socket's file
   Crowd local_crowd_;
   Crowd tcp_crowd_;
+  ConnectionPace pace_;  // of the port's clients
+  std::optional<std::chrono::steady_clock::time_point> complained_;
   std::mutex context_mutex_;
   TlsContext context_;                                          // null: the port speaks plain HTTP
   std::map<uint64_t, std::shared_ptr<Connection>> handshakes_;  // the oldest first

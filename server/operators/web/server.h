@@ -27,6 +27,9 @@
 // possible, and is disconnected. When the server stops, what was handed over is answered; sending
 // that may take 2 s.
 //
+// One client of the port that connects too often waits (connection_pace.h): other clients, the
+// socket and the robots do not notice.
+//
 // If the socket's file is removed or replaced, or the port fails, both listen again, at the same
 // place; that is told once, and when it has succeeded. Attempts are `listen_again` apart.
 //
@@ -49,6 +52,7 @@
 #include "server/base/result.h"
 #include "server/net/certificate.h"
 #include "server/net/endpoint.h"
+#include "server/operators/web/connection_pace.h"
 #include "server/operators/web/http.h"
 #include "server/operators/web/long_answers.h"
 #include "server/operators/web/tls_counters.h"
@@ -65,6 +69,7 @@ struct ServerOptions {
   size_t max_connections = 64;  ///< of each; and as many more that are answered with 503
   std::chrono::milliseconds patience{15'000};
   std::chrono::milliseconds listen_again{1'000};
+  ConnectionPace::Limits pace = {};       ///< of each client of the port
   size_t max_handshakes = 64;             ///< of TLS
   LongAnswers::Limits long_answers = {};  ///< of the port, and of the Unix socket
   std::chrono::milliseconds handshake_patience{10'000};

@@ -86,6 +86,7 @@ class ServerTest : public testing::ListeningServer {
   std::vector<std::pair<Request, Respond>> held_;
 };
 
+constexpr char kGetAndClose[] = "GET /a HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
 constexpr char kGetA[] = "GET /a HTTP/1.1\r\nHost: x\r\n\r\n";
 
 TEST_F(ServerTest, OneConnectionServesRequestAfterRequestAlsoSentAtOnce) {
@@ -331,6 +332,41 @@ TEST_F(ServerTest, SocketAndPortDoNotFillEachOther) {
   EXPECT_TRUE(local.ReadUntil("local .").ends_with("GET /a local ."));
   AnswerHeld();
   EXPECT_TRUE(remote.ReadUntil("remote .").ends_with("GET /held remote ."));
+}
+
+TEST_F(ServerTest, AClientOfThePortThatConnectsTooOftenIsClosedAndTheSocketIsServed) {
+  options_.pace = {.interval = std::chrono::hours(1), .burst = 2, .longest_wait = {}};
+  std::atomic<int> complaints{0};
+  options_.tell = [&](const std::string& text) {
+    EXPECT_NE(text.find("127.0.0.1 connects too often"), std::string::npos) << text;
+    ++complaints;
+  };
+  Start();
+  const RawClient first(server_->port());
+  EXPECT_EQ(StatusOf(Once(kGetAndClose)), "200");
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(RawClient(server_->port()).ReadAll(), "");
+  }
+  first.Send(kGetAndClose);
+  EXPECT_EQ(StatusOf(first.ReadAll()), "200") << "it has its connection";
+  const RawClient local(options_.socket_path);
+  local.Send(kGetAndClose);
+  EXPECT_EQ(StatusOf(local.ReadAll()), "200");
+  EXPECT_EQ(complaints, 1);
+}
+
+TEST_F(ServerTest, AClientOfThePortThatConnectsSomewhatTooOftenIsServedInTurn) {
+  options_.pace = {
+      .interval = std::chrono::milliseconds(1), .burst = 1, .longest_wait = std::chrono::hours(1)};
+  Start();
+  std::vector<std::unique_ptr<RawClient>> clients;
+  for (int i = 0; i < 30; ++i) {
+    clients.push_back(std::make_unique<RawClient>(server_->port()));
+    clients.back()->Send(kGetAndClose);
+  }
+  for (const auto& client : clients) {
+    EXPECT_EQ(StatusOf(client->ReadAll()), "200");
+  }
 }
 
 TEST_F(ServerTest, WhereAllAreBusyNewOnesAreToldSoButForWhatIsUrgent) {

@@ -3,25 +3,12 @@
 
 #include <stdint.h>
 
-#include <vector>
-
-#include "protocol/frame.h"
+#include "client_fw/core/testing/frames.h"
 #include "protocol/messages.h"
 
 namespace pheromone::client {
 
-using Bytes = std::vector<uint8_t>;
-
-inline constexpr uint8_t kTestId = 7;
 inline constexpr uint16_t kTestNonce = 0x1234;
-
-template <class T>
-inline Bytes FrameOf(const T& what) {
-  protocol::Message message;
-  Encode(what, &message);
-  uint8_t frame[protocol::kMaxFrame];
-  return Bytes(frame, frame + protocol::EncodeFrame(message, frame, sizeof frame));
-}
 
 inline Bytes Sense(int16_t x) {
   return FrameOf(protocol::SenseRequest{kTestId, 1, false, {x, 0, 0}});
@@ -42,13 +29,7 @@ inline Bytes Hello() {
   return FrameOf(protocol::HelloRequest{kTestId, kTestNonce, 1, 0});
 }
 inline Bytes Greeting(uint16_t epoch, uint16_t nonce = kTestNonce) {
-  protocol::HelloAnswer answer;
-  answer.id = kTestId;
-  answer.nonce = nonce;
-  answer.protocol_version = protocol::kProtocolVersion;
-  answer.epoch = epoch;
-  answer.pose_unit_10um = 100;
-  return FrameOf(answer);
+  return FrameOf(GreetingOf(kTestId, nonce, epoch));
 }
 
 }  // namespace pheromone::client

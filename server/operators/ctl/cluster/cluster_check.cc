@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <string_view>
 #include <system_error>
@@ -23,6 +23,7 @@
 #include "server/operators/ctl/doctor/findings.h"
 #include "server/operators/ctl/doctor/host_checks.h"
 #include "server/operators/ctl/json_read.h"
+#include "server/operators/ctl/server_socket.h"
 #include "server/operators/ctl/units.h"
 
 namespace pheromone::ctl {
@@ -35,10 +36,10 @@ constexpr std::chrono::seconds kMemberPatience{3};
 constexpr double kLargeDatabase = 1 << 30;  // half of what etcd holds at most, by default
 constexpr uint64_t kFarBehind = 10'000;     // events: seconds of a busy swarm
 
-constexpr const char* kServiceConfig = "/etc/pheromone/pheromoned.toml";
 constexpr const char* kServerOfCluster = "server";
 constexpr const char* kPeersOfCluster = "peers";
 constexpr const char* kEtcdMembers = "etcd";
+constexpr const char* kClusterId = "cluster_id";
 
 // What a member of etcd says. Either may be missing.
 struct Member {
@@ -163,9 +164,11 @@ double SizeAt(const json::value& answer, std::string_view key) {
   return std::strtod(text.c_str(), nullptr);
 }
 
+// `cluster_id`: of most members; empty: nobody can say (ClusterOfMost).
 void CheckMember(const Member& member, const json::value& status, const Whose& whose,
                  const std::string& cluster_id, Findings* findings) {
   const json::value& header = At(status, "header");
+  const std::string own_id = TextAt(header, kClusterId);
   const bool leads = TextAt(header, "member_id") == TextAt(status, "leader");
   const double database = SizeAt(status, "dbSize");
   std::string errors;
@@ -174,8 +177,13 @@ void CheckMember(const Member& member, const json::value& status, const Whose& w
   }
   const std::string text = fmt::format("etcd {}, {}, database {}", TextAt(status, "version"),
                                        leads ? "leads" : "follows", Size(database));
-  if (TextAt(header, "cluster_id") != cluster_id) {
-    findings->Fault(kEtcdMembers, whose.text, "is of another cluster of etcd than the first member",
+  if (cluster_id.empty()) {
+    findings->Fault(kEtcdMembers, whose.text,
+                    "is of the cluster of etcd " + own_id + ", and no other has most members",
+                    "Compare /etc/default/etcd of all machines. Delete no data before it is known "
+                    "which members have the log.");
+  } else if (own_id != cluster_id) {
+    findings->Fault(kEtcdMembers, whose.text, "is of another cluster of etcd than most members",
                     "Stop it, delete its data folder, and give it the settings that pheromonectl "
                     "cluster setup made with those of the others.");
   } else if (errors.find("NOSPACE") != std::string::npos) {
@@ -205,26 +213,36 @@ void CheckMember(const Member& member, const json::value& status, const Whose& w
 }
 
 void CheckEtcd(const config::ClusterSettings& cluster, Findings* findings) {
-  std::string cluster_id;  // of the first that responds
-  for (const Member& member : AskMembers(cluster.engine)) {
+  const std::vector<Member> members = AskMembers(cluster.engine);
+  std::vector<json::value> statuses;
+  std::vector<std::string> cluster_ids;
+  for (const Member& member : members) {
+    std::error_code error;
+    json::value& status = statuses.emplace_back();
+    if (member.status.ok()) {
+      status = json::parse(member.status.value(), error);
+    }
+    const std::string id = TextAt(At(status, "header"), kClusterId);
+    if (!id.empty()) {
+      cluster_ids.push_back(id);
+    } else {
+      status = nullptr;  // another program's
+    }
+  }
+  const std::string cluster_id = ClusterOfMost(cluster_ids, members.size());
+  for (size_t i = 0; i < members.size(); ++i) {
+    const Member& member = members[i];
     const Whose whose = WhoseMember(member.endpoint, cluster);
     if (!member.status.ok()) {
       findings->Fault(kEtcdMembers, whose.text, "no answer: " + member.status.error(),
                       "Start it there (systemctl start etcd); firewalls must let 2379 pass between "
                       "the machines of the cluster.");
-      continue;
-    }
-    std::error_code error;
-    const json::value status = json::parse(member.status.value(), error);
-    if (error || !status.is_object()) {
+    } else if (statuses[i].is_null()) {
       findings->Fault(kEtcdMembers, whose.text, "answers, but not as etcd does",
                       "Another program has this port; engine of [cluster] names the members.");
-      continue;
+    } else {
+      CheckMember(member, statuses[i], whose, cluster_id, findings);
     }
-    if (cluster_id.empty()) {
-      cluster_id = TextAt(At(status, "header"), "cluster_id");
-    }
-    CheckMember(member, status, whose, cluster_id, findings);
   }
 }
 
@@ -241,7 +259,24 @@ Result<config::ClusterSettings> ClusterSettingsOf(const ServerOptions& options, 
   return *config.cluster;
 }
 
+// Of the service that was asked for; a socket that is of none is taken for that of the first one.
+std::string ConfigOfService(const ServerOptions& options) {
+  const Result<ServerSocket> socket = ChooseSocket(options.socket);
+  const std::string instance = socket.ok() ? InstanceOf(socket.value().path) : "";
+  return ServiceConfigOf(SocketOf(instance.empty() ? "pheromoned" : instance));
+}
+
 }  // namespace
+
+std::string ClusterOfMost(const std::vector<std::string>& cluster_ids, size_t members) {
+  for (const std::string& id : cluster_ids) {
+    const auto count = static_cast<size_t>(std::count(cluster_ids.begin(), cluster_ids.end(), id));
+    if (count > members / 2 || count == cluster_ids.size()) {
+      return id;
+    }
+  }
+  return "";
+}
 
 int CheckCluster(const ServerOptions& options, const std::string& config) {
   Findings findings;
@@ -257,9 +292,7 @@ int CheckCluster(const ServerOptions& options, const std::string& config) {
     CheckPeers(status.value(), &findings);
   }
   // A server that waits for its cluster does not answer yet, and wants to be helped most.
-  std::error_code ignored;
-  const bool is_service = !status.ok() && std::filesystem::exists(kServiceConfig, ignored);
-  const std::string file = config.empty() && is_service ? kServiceConfig : config;
+  const std::string file = config.empty() && !status.ok() ? ConfigOfService(options) : config;
   if (status.ok() || !file.empty()) {
     if (const Result<config::ClusterSettings> settings = ClusterSettingsOf(options, file);
         settings.ok()) {

@@ -18,7 +18,6 @@ constexpr uint16_t kEtcdClientPort = 2379;
 constexpr uint16_t kEtcdPeerPort = 2380;
 constexpr uint16_t kServerPort = 8390;
 constexpr size_t kLeastMachines = 3;
-constexpr size_t kMostMachines = 9;  // of a configuration
 constexpr size_t kLeastServers = 2;
 
 std::string AddressText(const std::string& address, uint16_t port) {
@@ -258,12 +257,18 @@ std::string Instructions(const ClusterPlan& plan, const ClusterMachine& machine)
         "     sudo systemctl restart --no-block etcd pheromoned\n\n"
         "5. Look whether all is well, when all machines have come so far.\n\n"
         "     sudo pheromonectl cluster check\n\n"
-        "This folder has the cluster's secret: delete it when all machines have theirs.\n";
+        "This folder has the cluster's secret: delete it when all machines have theirs.\n\n"
+        "In place of a machine that was lost, do not start yet: its etcd has to join as a new\n"
+        "member. Then its server takes the map from another one. Backup and restore, in\n"
+        "/usr/share/doc/pheromone/CLUSTER.md, has the commands.\n";
   } else {
     text += fmt::format(
         "     sudo systemctl restart --no-block etcd\n\n"
-        "5. Look whether all is well, when all machines have come so far: on {},\n\n"
-        "     sudo pheromonectl cluster check\n",
+        "5. Look whether all is well, when all machines have come so far: on {0},\n\n"
+        "     sudo pheromonectl cluster check\n\n"
+        "In place of a witness that was lost, do not start yet: its etcd has to join as a new\n"
+        "member. Backup and restore, in /usr/share/doc/pheromone/CLUSTER.md on {0}, has the\n"
+        "commands.\n",
         others);
   }
   return text;
@@ -300,7 +305,7 @@ Result<ClusterPlan> PlanCluster(const std::string& name, const std::vector<std::
     }
   }
   const size_t count = plan.machines.size();
-  if (count < kLeastMachines || count > kMostMachines || count % 2 == 0) {
+  if (count < kLeastMachines || count > config::ClusterSettings::kMaxMachines || count % 2 == 0) {
     return Error{fmt::format(
         "{} machines: expected 3, 5, 7 or 9, of which most have to run: one more than an odd "
         "number survives no further loss",

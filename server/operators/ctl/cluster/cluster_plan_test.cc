@@ -110,6 +110,15 @@ TEST(ClusterPlan, InstructionsNameEveryFileOfTheFolder) {
   }
 }
 
+TEST(ClusterPlan, InstructionsTellOfAMachineInPlaceOfALostOne) {
+  EXPECT_THAT(Made(Lab(), 0)["README.txt"].text,
+              HasSubstr("Then its server takes the map from another one"));
+  const std::string text = Made(Lab(), 2)["README.txt"].text;
+  EXPECT_THAT(text, HasSubstr("join as a new\nmember"));
+  EXPECT_THAT(text, HasSubstr("CLUSTER.md on a, b, has"));
+  EXPECT_THAT(text, Not(HasSubstr("secret")));
+}
+
 TEST(ClusterPlan, OnlyTheOtherMachinesPassTheFirewall) {
   EXPECT_THAT(
       Made(Lab(), 0)["firewall.nft"].text,

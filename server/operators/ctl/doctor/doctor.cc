@@ -8,11 +8,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <optional>
 #include <set>
-#include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "server/base/descriptor.h"
@@ -26,7 +23,6 @@
 namespace pheromone::ctl {
 namespace {
 
-constexpr std::string_view kServices = "/run/pheromone/";
 constexpr const char* kServer = "server";
 
 // The process at the other end of a socket; empty with `errno` if nobody listens.
@@ -43,14 +39,6 @@ std::optional<int> ProcessBehind(const std::string& path) {
     return std::nullopt;
   }
   return peer.pid;
-}
-
-// "lab2" of /run/pheromone/lab2/pheromoned.sock; empty: not of a service.
-std::string ServiceOf(const std::string& socket) {
-  return socket.starts_with(kServices)
-             ? socket.substr(kServices.size(),
-                             socket.find('/', kServices.size()) - kServices.size())
-             : "";
 }
 
 void TellNoServer(const std::string& socket, int error, Findings* findings) {
@@ -89,27 +77,13 @@ std::optional<ServerViews> AskServer(const ServerOptions& options, Findings* fin
   return views;
 }
 
-std::string FileOf(const std::string& service) {
-  return "/etc/pheromone/" + service + ".toml";
-}
-
-// Without a word of the user: that of the server, or of its service.
-std::string ConfigFile(const std::optional<ServerViews>& views, const std::string& service) {
-  if (views) {
-    return TextAt(views->config, "file");
-  }
-  std::error_code error;
-  const std::string file = FileOf(service);
-  return !service.empty() && std::filesystem::exists(file, error) ? file : "";
-}
-
 }  // namespace
 
 int Examine(const ServerOptions& options, const std::string& config_file) {
   Findings findings;
   const Result<ServerSocket> chosen = ChooseSocket(options.socket);
   const std::string socket = chosen.ok() ? chosen.value().path : "";
-  const std::string service = ServiceOf(socket);
+  const std::string service = InstanceOf(socket);
   Place place;
   place.server = chosen.ok() ? ProcessBehind(socket) : std::nullopt;
   std::optional<ServerViews> views;
@@ -122,11 +96,16 @@ int Examine(const ServerOptions& options, const std::string& config_file) {
     findings.Ok(kServer, "socket " + socket, DescribeProcess(*place.server));
     CheckHealth(*views, &findings);
     place.journal = TextAt(views->config, "journal");
+    place.node = TextAt(At(views->status, "cluster"), "node");
   }
-  place.config_file = config_file.empty() ? ConfigFile(views, service) : config_file;
+  if (!config_file.empty()) {
+    place.config_file = config_file;
+  } else {
+    place.config_file = views ? TextAt(views->config, "file") : ServiceConfigOf(socket);
+  }
   if (const char* const state = std::getenv("STATE_DIRECTORY"); state != nullptr) {
     place.state_directory = state;
-  } else if (place.config_file == FileOf(service)) {
+  } else if (place.config_file == ConfigOf(service)) {
     place.state_directory = "/var/lib/pheromone/" + service;
   }
 

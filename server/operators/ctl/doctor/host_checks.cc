@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -105,17 +106,25 @@ struct ListeningPort {
 std::vector<ListeningPort> PortsOf(const config::Config& config) {
   std::vector<ListeningPort> ports;
   if (!config.web.listen.address.empty()) {
-    ports.push_back({"web", config.web.listen, Transport::kTcp, "[web]"});
+    ports.push_back({"web", config.web.listen, Transport::kTcp, "listen in [web]"});
+  }
+  if (config.cluster) {
+    for (const auto& node : config.cluster->nodes) {
+      if (node.name == config.cluster->node) {
+        ports.push_back({"node " + node.name, node.address, Transport::kTcp, "nodes in [cluster]"});
+      }
+    }
   }
   for (const links::LinkConfig& link : config.links) {
     if (link.kind == links::LinkKind::kTcp || link.kind == links::LinkKind::kUdp) {
       ports.push_back({"link " + link.name, link.listen,
                        link.kind == links::LinkKind::kTcp ? Transport::kTcp : Transport::kUdp,
-                       "[[link]]"});
+                       "listen in [[link]]"});
     }
   }
   for (const links::TrackerConfig& tracker : config.trackers) {
-    ports.push_back({"tracker " + tracker.name, tracker.listen, Transport::kUdp, "[[tracker]]"});
+    ports.push_back(
+        {"tracker " + tracker.name, tracker.listen, Transport::kUdp, "listen in [[tracker]]"});
   }
   return ports;
 }
@@ -153,7 +162,7 @@ void CheckTakenPort(const Place& place, const ListeningPort& port, const std::st
     findings->Fault(
         kPorts, where,
         "in use by " + (holder ? DescribeProcess(*holder) : "a program that only root can see"),
-        "Stop that program, or choose another port with listen in " + port.key + ".");
+        "Stop that program, or choose another port with " + port.key + ".");
   }
 }
 
@@ -173,20 +182,46 @@ void CheckPort(const Place& place, const ListeningPort& port, Findings* findings
       break;
     case EACCES:
       findings->Fault(kPorts, where, "only root may listen on ports below 1024",
-                      "Choose a port from 1024 on with listen in " + port.key + ".");
+                      "Choose a port from 1024 on with " + port.key + ".");
       break;
     case EADDRNOTAVAIL:
-      findings->Fault(kPorts, where, "no network interface of this machine has this address",
-                      "Choose an address that `ip address` shows, or 127.0.0.1, with listen in " +
-                          port.key + ".");
+      findings->Fault(
+          kPorts, where, "no network interface of this machine has this address",
+          "Choose an address that `ip address` shows, or 127.0.0.1, with " + port.key + ".");
       break;
     default:
       findings->Fault(kPorts, where, std::strerror(error),
-                      "Choose another address with listen in " + port.key + ".");
+                      "Choose another address with " + port.key + ".");
   }
 }
 
+// As the server reads it, which alone knows its --node: it says which one, or does not run.
+Result<config::Config> LoadAsServer(const Place& place, Findings* findings) {
+  const auto load = [&](const std::optional<config::Machine>& machine) {
+    return config::LoadConfigOrDefault(place.config_file, std::filesystem::path(), machine);
+  };
+  std::array<char, 256> host{};
+  (void)gethostname(host.data(), host.size() - 1);
+  Result<config::Config> loaded = load(config::Machine{host.data(), place.node});
+  if (loaded.ok() || !place.node.empty()) {
+    return loaded;
+  }
+  Result<config::Config> of_any = load({});
+  if (!of_any.ok()) {
+    return of_any;
+  }
+  findings->Warning(kConfiguration, NameOfFile(place), loaded.error(),
+                    "Let its unit say which one it is, as that of pheromonectl cluster setup does: "
+                    "pheromoned --node NAME.");
+  return of_any;
+}
+
 }  // namespace
+
+bool IsHere(const links::LinkConfig& link, const config::Config& config) {
+  return link.on.empty() || !config.cluster ||
+         std::find(link.on.begin(), link.on.end(), config.cluster->node) != link.on.end();
+}
 
 std::string NameOfGroup(gid_t id) {
   const group* found = getgrgid(id);
@@ -205,8 +240,7 @@ std::string DescribeUser() {
 }
 
 std::optional<config::Config> CheckConfiguration(const Place& place, Findings* findings) {
-  Result<config::Config> loaded =
-      config::LoadConfigOrDefault(place.config_file, std::filesystem::path());
+  Result<config::Config> loaded = LoadAsServer(place, findings);
   if (!loaded.ok()) {
     std::istringstream lines(loaded.error());
     for (std::string line; std::getline(lines, line);) {
@@ -290,9 +324,10 @@ void CheckPorts(const Place& place, const config::Config& config, Findings* find
 
 void CheckGroups(const config::Config& config, Findings* findings) {
   const std::string user = UserName(geteuid());
-  const bool has_serial = std::any_of(
-      config.links.begin(), config.links.end(),
-      [](const links::LinkConfig& link) { return link.kind == links::LinkKind::kSerial; });
+  const bool has_serial =
+      std::any_of(config.links.begin(), config.links.end(), [&](const links::LinkConfig& link) {
+        return link.kind == links::LinkKind::kSerial && IsHere(link, config);
+      });
   if (geteuid() == 0) {
     findings->Ok("groups", "user " + user, "may open every port and socket");
   } else if (has_serial && !IsInGroup("dialout")) {

@@ -22,18 +22,22 @@ struct Place {
   std::string config_file;                  ///< empty: the default configuration
   std::string state_directory;              ///< of a service; empty: it is none
   std::optional<int> server = {};           ///< its process; empty: it does not run
+  std::string node = {};                    ///< of its cluster, as the server says; else empty
   std::optional<std::string> journal = {};  ///< its folder, as the server says; empty: none
 };
 
-/// Empty, and told, if the server would not start with it.
+/// Empty, and told, if the server would not start with it. Of a cluster, for the node that this
+/// machine is, if that can be known without the server's command line.
 std::optional<config::Config> CheckConfiguration(const Place& place, Findings* findings);
 void CheckJournal(const Place& place, const config::Config& config, Findings* findings);
 void CheckToken(const config::Config& config, Findings* findings);
-/// Of web, links and trackers.
+/// Of web, cluster, links and trackers.
 void CheckPorts(const Place& place, const config::Config& config, Findings* findings);
 /// Of links; returns the names of those that have a fault.
 std::set<std::string> CheckSerialPorts(const Place& place, const config::Config& config,
                                        Findings* findings);
+/// Whether a link is this machine's, for all that is known.
+bool IsHere(const links::LinkConfig& link, const config::Config& config);
 void CheckGroups(const config::Config& config, Findings* findings);
 void CheckClock(Findings* findings);
 

@@ -82,7 +82,7 @@ std::set<std::string> CheckSerialPorts(const Place& place, const config::Config&
   const std::vector<links::UsbPort> ports = links::ListUsbPorts();
   std::vector<std::string> used;
   for (const links::LinkConfig& link : config.links) {
-    if (link.kind != links::LinkKind::kSerial) {
+    if (link.kind != links::LinkKind::kSerial || !IsHere(link, config)) {
       continue;
     }
     const Result<std::string> path =

@@ -59,6 +59,10 @@ void CheckTerminal(const Place& place, const json::value& link, const std::strin
 
 void CheckLink(const Place& place, const json::value& link, bool is_told, Findings* findings) {
   const std::string looked_at = "link " + TextAt(link, "name") + ", " + TextAt(link, "kind");
+  if (IsElsewhere(link)) {
+    findings->Ok(kLinks, looked_at, "elsewhere: " + TextAt(link, "state"));
+    return;
+  }
   if (!FlagAt(link, "up")) {
     if (!is_told) {
       findings->Fault(kLinks, looked_at, "down: " + TextAt(link, "state"),
@@ -247,7 +251,7 @@ void CheckChannels(const ServerViews& views, const config::Config& config, Findi
     const std::string name = TextAt(view, "name");
     const auto link = std::find_if(config.links.begin(), config.links.end(),
                                    [&](const links::LinkConfig& it) { return it.name == name; });
-    if (link == config.links.end()) {
+    if (link == config.links.end() || IsElsewhere(view)) {
       continue;
     }
     size_t heard = 0;
