@@ -81,8 +81,9 @@ class ClusterTest(unittest.TestCase):
         robot.hello(7)
         self.machines.await_equal()
         stopped = self.stop_leader()
-        robot.deposit(1, 5000, 5000, 8)
+        # Before that, the change would be forwarded to the one that is stopped, which would make it.
         await_that(lambda: self.machines.role(self.follower) == "leads", "the other one leads")
+        robot.deposit(1, 5000, 5000, 8)
         stopped.send_signal(signal.SIGCONT)
         await_that(lambda: stopped.poll() is not None or self.machines.role(self.leader) == "follows",
                    "it notices")

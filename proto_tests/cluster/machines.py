@@ -11,6 +11,7 @@ its configuration, its journal and its log.
 
 import json
 import pathlib
+import random
 import shutil
 import signal
 import socket
@@ -27,10 +28,15 @@ SECRET = "0123456789abcdef" * 4 + "\n"
 
 
 def free_ports(count):
-    """Ports of loopback that nobody uses at present."""
-    sockets = [socket.socket() for _ in range(count)]
-    for it in sockets:
-        it.bind(("127.0.0.1", 0))
+    """Ports of loopback that nobody uses at present: below those that the system gives to whoever
+    connects, which could take one before its owner listens."""
+    sockets = []
+    while len(sockets) < count:
+        sockets.append(socket.socket())
+        try:
+            sockets[-1].bind(("127.0.0.1", random.randrange(20_000, 32_768)))
+        except OSError:
+            sockets.pop().close()
     ports = [it.getsockname()[1] for it in sockets]
     for it in sockets:
         it.close()

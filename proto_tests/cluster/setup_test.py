@@ -113,9 +113,9 @@ class Machine:
 
     def member_call(self, what, body):
         """What etcdctl asks of the member here."""
-        answer = self.space.run("curl", "-sS", "-d", json.dumps(body),
-                                f"http://127.0.0.1:2379/v3/cluster/member/{what}")
-        return json.loads(answer)
+        done = run(*self.command("curl", "-sS", "-d", json.dumps(body),
+                                 f"http://127.0.0.1:2379/v3/cluster/member/{what}"))
+        return json.loads(done.stdout)
 
     def log(self, name):
         return (self.folder / f"{name}.log").read_text()
