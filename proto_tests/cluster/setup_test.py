@@ -95,14 +95,11 @@ class Machine:
             self.begin("etcd", [shutil.which("etcd")],
                        [line for line in settings if line and not line.startswith("#")])
         if "pheromoned" in units:
-            self.start_server()
-
-    def start_server(self):
-        unit = (self.folder / "etc/systemd/system/pheromoned.service.d/cluster.conf").read_text()
-        program, *words = re.findall(r"^ExecStart=(.+)$", unit, re.M)[-1].split()
-        assert program == "/usr/sbin/pheromoned"
-        self.begin("pheromoned", [BIN / "pheromoned", *words],
-                   ["STATE_DIRECTORY=/var/lib/pheromone/pheromoned"])
+            unit = (self.folder / "etc/systemd/system/pheromoned.service.d/cluster.conf").read_text()
+            program, *words = re.findall(r"^ExecStart=(.+)$", unit, re.M)[-1].split()
+            assert program == "/usr/sbin/pheromoned"
+            self.begin("pheromoned", [BIN / "pheromoned", *words],
+                       ["STATE_DIRECTORY=/var/lib/pheromone/pheromoned"])
 
     def begin(self, name, command, environment):
         with open(self.folder / f"{name}.log", "ab") as log:
@@ -119,11 +116,6 @@ class Machine:
         done = run(*self.command("curl", "-sS", "-d", json.dumps(body),
                                  f"http://127.0.0.1:2379/v3/cluster/member/{what}"))
         return json.loads(done.stdout)
-
-    def end(self, name):
-        process = self.processes.pop(name)
-        process.terminate()
-        process.wait()
 
     def log(self, name):
         return (self.folder / f"{name}.log").read_text()
@@ -274,10 +266,6 @@ class PageTest(unittest.TestCase):
                    "the others are connected for the five seconds that etcd asks for", 60)
         settings = lost.folder / "etc/default/etcd"
         settings.write_text(settings.read_text().replace("_STATE=new", "_STATE=existing"))
-        other.end("pheromoned")
-        journal = "var/lib/pheromone/pheromoned/journal"
-        shutil.copytree(other.folder / journal, lost.folder / journal)
-        other.start_server()
         lost.start()
         for node in "ab":
             await_that(lambda: self.findings(node)[1] == 0, f"{node} is well", 60)

@@ -19,7 +19,7 @@ def frame(kind, *fields):
     return struct.pack("<I", len(body)) + body
 
 
-def greeting(peers=1, events=3, rest=None):
+def greeting(peers=2, events=3, rest=None):
     known = text(b"lab") + text(b"a") + text(b"1f") + struct.pack("<QQ", 7, 9)
     return frame(0, bytes([peers, events]), text(b"0.1.0"), known if rest is None else rest)
 
@@ -46,7 +46,8 @@ def changes():
 def messages():
     """(name, frame), good ones, of each type."""
     yield "greeting", greeting()
-    yield "beat", frame(1, struct.pack("<Q??Q", 3, True, True, 1201), text(b"b"), b"\2")
+    yield "beat", frame(1, struct.pack("<Q??Q", 3, True, True, 1201), text(b"b"), b"\2",
+                        struct.pack("<QQ", 1180, 1 << 60))
     yield "request", frame(2, message(0, 5, 0x31, bytes(7), 1))
     yield "answer", frame(3, message(0, 5, 0xFE, bytes([0x31, 7, 1]), 1))
     yield "observed", frame(4, b"\0", struct.pack("<HBqqHI", 0, 5, 1, 2, 3, 1000))
@@ -73,7 +74,7 @@ def seeds():
         yield name, b"\xFF" + it
     yield "session", b"\x1F" + b"".join(good.values())
     yield "bytewise", b"\0" + b"".join(good.values())
-    yield "later_version", b"\xFF" + greeting(peers=2, rest=b"what is not known yet")
+    yield "later_version", b"\xFF" + greeting(peers=3, rest=b"what is not known yet")
     yield "later_events", b"\xFF" + greeting(events=4)
     yield "bad_empty", b"\xFF" + struct.pack("<I", 0)
     yield "bad_long", b"\xFF" + struct.pack("<I", 1 << 17 | 1) + bytes(64)

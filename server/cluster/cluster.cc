@@ -27,34 +27,59 @@ constexpr char kNobodyLeads[] = "no server of the cluster leads at present";
 
 }  // namespace
 
-Cluster::Cluster(ReplicaSettings settings, Sequence next, ReplicatedLog* log, Parts parts)
+Cluster::Cluster(ReplicaSettings settings, Sequence next, bool founds, ReplicatedLog* log,
+                 Parts parts)
     : settings_(settings),
       log_(log),
       parts_(std::move(parts)),
-      replica_(std::move(settings), next, parts_.now_ms()) {}
+      replica_(
+          [&] {
+            ReplicaSettings of_replica = settings;
+            of_replica.id = founds ? "" : settings.id;
+            return of_replica;
+          }(),
+          next, parts_.now_ms()),
+      sender_({.freeze = parts_.freeze,
+               .aside = parts_.aside,
+               .send = [this](const std::string& to,
+                              StatePortion portion) { parts_.send(to, std::move(portion)); }}),
+      receiver_({.folder = parts_.folder,
+                 .aside = parts_.aside,
+                 .send = [this](const std::string& to,
+                                StateRequest request) { parts_.send(to, request); },
+                 .done = [this](const Result<uint64_t>& sequence) { OnJoined(sequence); }}),
+      founds_(founds),
+      noted_id_(founds ? "" : settings.id) {}
 
 void Cluster::Start() {
   parts_.log->SetTrouble(kNobodyLeads);
   news_ms_ = parts_.now_ms();
+  Follow();
+  Continue();
+}
+
+void Cluster::Follow() {
   log_->Follow(replica_.follow_from(), [this](const Result<Page>& page) {
-    if (is_stopped_) {
-      return;
+    if (!is_stopped_) {
+      OnNews(page);
     }
-    if (page.ok()) {
-      news_ms_ = parts_.now_ms();
-      replica_.OnPage(page.value(), news_ms_);
-    }
-    {
-      const std::lock_guard lock(mutex_);
-      if (page.ok()) {
-        view_.trouble.clear();
-        view_.id = page.value().id;
-      } else {
-        view_.trouble = page.error();
-      }
-    }
-    Continue();
   });
+}
+
+void Cluster::OnNews(const Result<Page>& page) {
+  if (page.ok() && Found(page.value())) {
+    return;
+  }
+  if (page.ok()) {
+    news_ms_ = parts_.now_ms();
+    floor_ = page.value().floor;
+    replica_.OnPage(page.value(), news_ms_);
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    view_.trouble = page.ErrorOr("");
+    view_.id = replica_.id();
+  }
   Continue();
 }
 
@@ -63,7 +88,10 @@ void Cluster::Continue() {
     return;
   }
   const uint64_t now_ms = parts_.now_ms();
-  replica_.SetHealthy(parts_.local->Trouble().empty());
+  if (!NoteId()) {
+    return;
+  }
+  replica_.SetHealthy(parts_.local->Trouble().empty() && replica_.gap() == LogGap::kNone);
   EndLead();  // before what another one ordered is applied; what was submitted until now is
               // collected
   for (ClusterLog::Submitted& it : parts_.log->CollectSubmitted()) {
@@ -106,19 +134,25 @@ void Cluster::Continue() {
       }
     });
   }
+  NoteHashes();
   if (actions.heartbeat) {
     const Heartbeat& it = *actions.heartbeat;
+    const auto* const newest = hashes_.Newest(it.next - 1);
     parts_.send_all(Beat{.term = it.term,
                          .leads = it.leads,
                          .is_healthy = it.is_healthy,
                          .next = it.next,
                          .successor = it.successor,
-                         .role = static_cast<uint8_t>(replica_.role())});
+                         .role = static_cast<uint8_t>(replica_.role()),
+                         .hashed = newest != nullptr ? newest->first : 0,
+                         .hash = newest != nullptr ? newest->second : 0});
   }
   EndLead();  // Next may have handed over
   BeginLead();
   TrimSometimes(now_ms);
   TellPoses(now_ms);
+  sender_.Continue(replica_.committed(), now_ms);
+  Join(now_ms);
   TellView();
   const uint64_t deadline = replica_.Deadline();
   parts_.wake_at(to_apply_.empty() ? deadline : std::min(deadline, now_ms + kLocalLogPauseMs));
@@ -127,13 +161,14 @@ void Cluster::Continue() {
 // False: this process ends.
 bool Cluster::ApplySome() {
   while (!to_apply_.empty() && parts_.local->Admit() == protocol::Reason::kNone) {
-    const Status applied = Apply(to_apply_.front());
+    const Group group = std::move(to_apply_.front());
+    to_apply_.pop_front();
+    const Status applied = Apply(group);
     if (!applied.ok()) {
       parts_.restart(applied.error());
       Stop();
       return false;
     }
-    to_apply_.pop_front();
   }
   return true;
 }
@@ -166,8 +201,9 @@ Status Cluster::Apply(const Group& group) {
     }
     const Status followed = parts_.service->Follow(record.stamp, std::move(event), &out);
     if (!followed.ok()) {
-      return fail("event " + std::to_string(record.sequence) +
-                  " is not possible here: " + followed.error());
+      DropState("event " + std::to_string(record.sequence) +
+                " of the log is not possible in the state here: " + followed.error());
+      break;
     }
   }
   if (found == journal::RecordReader::Found::kBad) {
@@ -204,9 +240,9 @@ void Cluster::TrimSometimes(uint64_t now_ms) {
   trim_ms_ = now_ms + kBetweenTrimsMs;
   Sequence seen = replica_.committed() + 1;
   for (const std::string& node : settings_.nodes) {
-    const auto known = known_.find(node);
+    const auto told = told_.find(node);
     if (node != settings_.node) {
-      seen = std::min(seen, known != known_.end() ? known->second : 0);
+      seen = std::min(seen, told != told_.end() ? told->second.next : 0);
     }
   }
   const Sequence end = replica_.committed() + 1;
@@ -241,10 +277,11 @@ std::string Cluster::Stall(uint64_t now_ms) {
 void Cluster::TellView() {
   const Leader& leader = replica_.leader();
   const bool leads = parts_.log->leads();
-  const bool reaches = !leads && up_.contains(leader.node);
+  const LogGap gap = replica_.gap();
+  const bool reaches = !leads && gap == LogGap::kNone && up_.contains(leader.node);
   uint64_t known = replica_.committed();
-  for (const auto& [node, next] : known_) {
-    known = std::max(known, next - 1);
+  for (const auto& [node, beat] : told_) {
+    known = std::max(known, beat.next - 1);
   }
   // Not what was appended: the last events of a leader that hands over may never be committed.
   const uint64_t committed = parts_.log->DurableSequence();
@@ -255,15 +292,16 @@ void Cluster::TellView() {
   leader_up_ = reaches ? leader.node : "";
   view_.role = replica_.role();
   view_.leader = leader;
-  view_.gap = replica_.gap();
+  view_.gap = gap;
+  view_.divergences = divergences_;
+  view_.transfer = DescribeTransfer();
   view_.committed = committed;
   view_.behind = known - std::min(known, committed);
   view_.news_ms = news_ms_;
-  const std::string_view gap = TextOf(replica_.gap());
-  parts_.log->SetTrouble(!gap.empty() ? std::string(gap)
-                         : leads      ? Stall(parts_.now_ms())
-                         : reaches    ? ""
-                                      : kNobodyLeads);
+  parts_.log->SetTrouble(gap != LogGap::kNone ? std::string(TextOf(gap))
+                         : leads              ? Stall(parts_.now_ms())
+                         : reaches            ? ""
+                                              : kNobodyLeads);
 }
 
 void Cluster::OnUp(const std::string& node) {
@@ -273,7 +311,10 @@ void Cluster::OnUp(const std::string& node) {
 
 void Cluster::OnDown(const std::string& node) {
   up_.erase(node);
-  known_.erase(node);
+  told_.erase(node);
+  hashes_.Forget(node);
+  sender_.OnDown(node);
+  receiver_.OnDown(node);
   FinishLost("the connection to " + node + ", which leads, was lost",
              [&node](const Awaited& it) { return it.by == node; });
   Continue();
@@ -315,6 +356,8 @@ void Cluster::StepDown(const std::string& successor) {
 void Cluster::Stop() {
   is_stopped_ = true;
   log_->Stop();
+  sender_.Stop();
+  receiver_.Stop();
   {
     const std::lock_guard lock(mutex_);
     leader_up_.clear();
@@ -330,7 +373,8 @@ void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
       [&](const auto& it) {
         using Message = std::decay_t<decltype(it)>;
         if constexpr (std::is_same_v<Message, Beat>) {
-          known_[from] = it.next;
+          told_[from] = it;
+          Compare(from, it);
           replica_.OnHeartbeat(from,
                                {.term = it.term,
                                 .leads = it.leads,
@@ -356,6 +400,16 @@ void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
           Finish(it);
         } else if constexpr (std::is_same_v<Message, HaltAll>) {
           parts_.send(from, parts_.halt(it));
+        } else if constexpr (std::is_same_v<Message, StateRequest>) {
+          if (replica_.gap() != LogGap::kNone) {
+            parts_.send(from, StatePortion{.number = it.number,
+                                           .offset = it.offset,
+                                           .error = std::string(TextOf(replica_.gap()))});
+          } else {
+            sender_.OnRequest(from, it, replica_.committed(), parts_.now_ms());
+          }
+        } else if constexpr (std::is_same_v<Message, StatePortion>) {
+          receiver_.OnPortion(from, it, parts_.now_ms());
         }
       },
       message);

@@ -2,7 +2,12 @@
 // has to decide. Connects replica.h, which decides, with the log, the peers, the service and the
 // local log; those are given, so that tests run several servers in one thread.
 //
-//   Cluster cluster(settings, next_sequence, replicated_log, parts);
+// A server that cannot follow the log because it needs a state, since what comes next was trimmed
+// or its own is not the leader's, takes that of a peer (state_receiver.h) and begins again from it.
+// With another cluster's log, or one that lacks what was applied here, it does nothing more than
+// answer queries, and says why.
+//
+//   Cluster cluster(settings, next_sequence, false, replicated_log, parts);
 //   service.OnChange([&](const engine::Event& event) { return cluster.Forward(event); });
 //   cluster.Start();
 //   ... cluster.OnMessage(from, message);   // and OnUp, OnDown: what the peers tell
@@ -18,6 +23,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -29,7 +35,12 @@
 #include "server/cluster/peer_wire.h"
 #include "server/cluster/replica.h"
 #include "server/cluster/replicated_log.h"
+#include "server/cluster/state_hashes.h"
+#include "server/cluster/state_receiver.h"
+#include "server/cluster/state_sender.h"
 #include "server/core/engine/service/service.h"
+#include "server/store/journal/folder.h"
+#include "server/store/journal/snapshot_writer.h"
 
 namespace pheromone::cluster {
 
@@ -37,15 +48,17 @@ namespace pheromone::cluster {
 struct ClusterView {
   Role role = Role::kFollows;
   Leader leader;
-  std::string id;          ///< of the cluster; empty: not known yet
-  uint64_t committed = 0;  ///< the last event that is known as committed here
-  uint64_t behind = 0;     ///< events that a peer knows as committed, and this one does not
-  uint64_t news_ms = 0;    ///< when the log was heard last, by the steady clock
-  uint64_t elections = 0;  ///< how often another leader was seen
-  uint64_t fenced = 0;     ///< appends that were refused, because another one leads
-  uint64_t forwarded = 0;  ///< messages passed to the leader
+  std::string id;            ///< of the cluster; empty: not known yet
+  uint64_t committed = 0;    ///< the last event that is known as committed here
+  uint64_t behind = 0;       ///< events that a peer knows as committed, and this one does not
+  uint64_t news_ms = 0;      ///< when the log was heard last, by the steady clock
+  uint64_t elections = 0;    ///< how often another leader was seen
+  uint64_t fenced = 0;       ///< appends that were refused, because another one leads
+  uint64_t forwarded = 0;    ///< messages passed to the leader
+  uint64_t divergences = 0;  ///< states of others, or this one, that were not the leader's
   LogGap gap = LogGap::kNone;
-  std::string trouble;  ///< of the engine of the log; empty: none
+  std::string trouble;   ///< of the engine of the log; empty: none
+  std::string transfer;  ///< of a state, as text; empty: none
 };
 
 class Cluster {
@@ -71,10 +84,22 @@ class Cluster {
     std::function<void(const OperatorChange&, std::function<void(OperatorResult)>)> change;
     /// Halts robots here.
     std::function<HaltDone(const HaltAll&)> halt;
+
+    /// The ID of the log is known, before anything of it is applied: to be made durable beside the
+    /// journal. Errors end the process.
+    std::function<Status(const std::string& id)> on_id;
+    /// As StateSender, for peers; null: no state can be given.
+    std::function<std::unique_ptr<journal::StateSource>()> freeze;
+    RunAside aside;
+    /// Of the journal, for the state of a peer.
+    journal::Folder* folder = nullptr;
+    /// Something that an operator has to know.
+    std::function<void(const std::string& text)> warn;
   };
 
-  /// `next`: one after the last event of the service. `log` and all parts outlive it.
-  Cluster(ReplicaSettings settings, Sequence next, ReplicatedLog* log, Parts parts);
+  /// `next`: one after the last event of the service. `founds`: the log is empty, and is to begin
+  /// after these events with the ID in the settings. `log` and all parts outlive it.
+  Cluster(ReplicaSettings settings, Sequence next, bool founds, ReplicatedLog* log, Parts parts);
   Cluster(const Cluster&) = delete;
   Cluster& operator=(const Cluster&) = delete;
 
@@ -108,6 +133,16 @@ class Cluster {
     std::function<void(OperatorResult)> done;
   };
 
+  void Follow();
+  void OnNews(const Result<Page>& page);
+  bool Found(const Page& page);
+  bool NoteId();
+  void NoteHashes();
+  void Compare(const std::string& from, const Beat& beat);
+  void DropState(const std::string& why);
+  void Join(uint64_t now_ms);
+  void OnJoined(const Result<uint64_t>& sequence);
+  std::string DescribeTransfer() const;
   Status Apply(const Group& group);
   bool ApplySome();
   void SetLead(bool leads);
@@ -129,9 +164,19 @@ class Cluster {
   ReplicatedLog* const log_;
   const Parts parts_;
   Replica replica_;
-  std::deque<Group> to_apply_;             // while the local log does not admit more
-  std::set<std::string> up_;               // peers
-  std::map<std::string, uint64_t> known_;  // the next event, as they told
+  StateSender sender_;
+  StateReceiver receiver_;
+  StateHashes hashes_;
+  bool founds_;
+  std::string noted_id_;
+  std::deque<Group> to_apply_;        // while the local log does not admit more
+  std::set<std::string> up_;          // peers
+  std::map<std::string, Beat> told_;  // by those that are up, the last
+  Sequence floor_ = 1;
+  uint64_t join_ms_ = 0;      // not before
+  std::string join_asked_;    // the peer that was asked last
+  std::string join_trouble_;  // why that did not give its state
+  uint64_t divergences_ = 0;
   uint64_t news_ms_ = 0;
   Sequence committed_ = 0;      // the last, when there was progress
   uint64_t progress_ms_ = 0;    // of what is submitted

@@ -25,6 +25,9 @@ uint64_t ClusterLog::Append(const engine::Stamp& stamp, const engine::Event& eve
   {
     const std::lock_guard lock(mutex_);
     ++appended_;
+    const uint64_t interval = stamp.field_time_ms / kHashEveryMs;
+    notes_hash_ = hash_interval_ && *hash_interval_ != interval;
+    hash_interval_ = interval;
     if (!leads_) {
       committed_ = appended_;
       const uint64_t sequence = local_->Append(stamp, event);
@@ -43,6 +46,9 @@ uint64_t ClusterLog::Append(const engine::Stamp& stamp, const engine::Event& eve
 bool ClusterLog::IsRotationDue() const {
   {
     const std::lock_guard lock(mutex_);
+    if (notes_hash_) {
+      return true;
+    }
     if (rotates_) {
       return false;
     }
@@ -52,6 +58,12 @@ bool ClusterLog::IsRotationDue() const {
 
 void ClusterLog::Rotate(uint64_t state_hash) {
   const std::lock_guard lock(mutex_);
+  if (std::exchange(notes_hash_, false)) {
+    hashes_.push_back({appended_, state_hash});
+  }
+  if (rotates_ || !local_->IsRotationDue()) {
+    return;
+  }
   if (pending_.empty()) {
     local_->Rotate(state_hash);
   } else {
@@ -128,6 +140,11 @@ std::vector<ClusterLog::Submitted> ClusterLog::CollectSubmitted() {
     journal::AppendEvent(it.sequence, it.stamp, it.event, &scratch, &submitted.back().record);
   }
   return submitted;
+}
+
+std::vector<ClusterLog::StateHash> ClusterLog::CollectHashes() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(hashes_, {});
 }
 
 void ClusterLog::Commit(uint64_t sequence) {

@@ -65,6 +65,14 @@ class ClusterLog final : public engine::OrderedLog {
   };
   /// The events appended since the last call, encoded.
   std::vector<Submitted> CollectSubmitted();
+  /// The state after certain events, the first of each kHashEveryMs of field time: the same events
+  /// on each server. Those since the last call.
+  static constexpr uint64_t kHashEveryMs = 10'000;
+  struct StateHash {
+    uint64_t sequence = 0;
+    uint64_t hash = 0;
+  };
+  std::vector<StateHash> CollectHashes();
   /// Everything up to here is committed: what this server appended goes to the local log.
   void Commit(uint64_t sequence);
 
@@ -90,8 +98,11 @@ class ClusterLog final : public engine::OrderedLog {
   bool leads_ = false;
   uint64_t appended_;
   uint64_t committed_;
-  size_t collected_ = 0;  // of pending_
-  bool rotates_ = false;  // a hash is pending
+  size_t collected_ = 0;                   // of pending_
+  bool rotates_ = false;                   // a hash is pending
+  bool notes_hash_ = false;                // of the state after the last event
+  std::optional<uint64_t> hash_interval_;  // of the last event
+  std::vector<StateHash> hashes_;
   std::deque<Pending> pending_;
   std::vector<Waiter> waiters_;
   std::string trouble_ = "no leader yet";

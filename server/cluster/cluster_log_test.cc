@@ -159,6 +159,25 @@ TEST_F(ClusterLogTest, TheHashOfARotationStaysAfterItsEvent) {
   EXPECT_EQ(local_.rotated.size(), 1u);
 }
 
+// The first event of each interval of field time, which is the same on each server.
+TEST_F(ClusterLogTest, TheStateIsHashedAfterTheFirstEventOfEachTenSeconds) {
+  Lead();
+  Handle({Hello(1, 1)});
+  EXPECT_TRUE(log_.CollectHashes().empty()) << "what was before is not known";
+  now_.boottime_ms += 10'000;
+  Handle({Deposit(1, 1)});
+  const uint64_t hash = service_.StateHash();
+  now_.boottime_ms += 10;
+  Handle({Deposit(1, 2)});
+  Handle({Hello(2, 2)});
+  const auto hashes = log_.CollectHashes();
+  ASSERT_EQ(hashes.size(), 1u);
+  EXPECT_EQ(hashes[0].sequence, 3u);
+  EXPECT_EQ(hashes[0].hash, hash);
+  EXPECT_TRUE(log_.CollectHashes().empty());
+  EXPECT_TRUE(local_.rotated.empty()) << "the journal did not ask";
+}
+
 TEST_F(ClusterLogTest, ThoseWhoWaitAreCalledWhenTheirEventIsCommitted) {
   Lead();
   Handle({Hello(1, 1)});

@@ -38,7 +38,11 @@ class ClusterTest : public ::testing::Test {
             .on_lead = [](bool) {},
             .restart = [this](const std::string& why) { restarts_.push_back(why); },
             .change = [](const OperatorChange&, const std::function<void(OperatorResult)>&) {},
-            .halt = [](const HaltAll&) { return HaltDone{}; }};
+            .halt = [](const HaltAll&) { return HaltDone{}; },
+            .on_id = [](const std::string&) { return Ok(); },
+            .freeze = nullptr,  // no state is given or taken here
+            .aside = nullptr,
+            .warn = nullptr};
   }
 
   void Pass(uint64_t ms) {
@@ -101,7 +105,7 @@ class ClusterTest : public ::testing::Test {
   engine::testing::ScriptedLog local_;
   ClusterLog log_{&local_, {}};
   engine::Service service_{&log_, [] { return engine::ClockReading{1'000, 1'700'000'000'000}; }};
-  Cluster cluster_{{.node = "a", .nodes = {"a", "b"}}, 1, &replicated_, Parts()};
+  Cluster cluster_{{.node = "a", .nodes = {"a", "b"}}, 1, false, &replicated_, Parts()};
 };
 
 TEST_F(ClusterTest, WhatIsUncommittedIsNotToldAsCommittedWhileTheLeadIsHandedOver) {

@@ -47,7 +47,7 @@
 namespace pheromone::cluster {
 
 /// Of what this file describes, except the versions themselves.
-constexpr uint8_t kPeerVersion = 1;
+constexpr uint8_t kPeerVersion = 2;
 /// Of a frame, without its length. Longer messages are split by who makes them: PosesHeard,
 /// StatePortion.
 constexpr size_t kMaxPeerBytes = size_t{128} << 10;
@@ -98,6 +98,8 @@ struct Beat {
   uint64_t next = 1;        ///< one after the last committed event that it knows
   std::string successor{};  ///< who shall lead after it; empty: anybody
   uint8_t role = 0;         ///< replica.h; for status only
+  uint64_t hashed = 0;      ///< a recent event: ClusterLog::StateHash; 0: there was none yet
+  uint64_t hash = 0;        ///< of the sender's state after it
   bool operator==(const Beat&) const = default;
 
   template <typename Self, typename Visit>
@@ -108,6 +110,8 @@ struct Beat {
     visit("next", it.next);
     visit("successor", it.successor);
     visit("role", it.role);
+    visit("hashed", it.hashed);
+    visit("hash", it.hash);
   }
 };
 

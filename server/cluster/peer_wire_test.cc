@@ -37,7 +37,9 @@ std::vector<PeerMessage> OneOfEach() {
            .is_healthy = false,
            .next = 0x0102030405060708,
            .successor = "b",
-           .role = 4},
+           .role = 4,
+           .hashed = 5,
+           .hash = 6},
       ForwardedRequest{.link = 2, .message = trace, .asker = 77},
       DirectAnswer{.link = 2, .message = trace, .asker = 77},
       ForwardedEvent{engine::GoalEnded{1, 2, true, {-3, 4}}},
@@ -65,18 +67,26 @@ std::string ErrorOfFrame(const std::string& frame) {
 }
 
 TEST(PeerWire, HasTheBytesOfTheDescription) {
-  EXPECT_EQ(Encoded(Beat{.term = 0x0A0B, .leads = true, .is_healthy = false, .next = 1, .role = 2}),
-            "\x18\0\0\0"s
+  EXPECT_EQ(Encoded(Beat{.term = 0x0A0B,
+                         .leads = true,
+                         .is_healthy = false,
+                         .next = 1,
+                         .role = 2,
+                         .hashed = 3,
+                         .hash = 4}),
+            "\x28\0\0\0"s
             "\x01"
             "\x0B\x0A\0\0\0\0\0\0"s
             "\x01"
             "\0"s
             "\x01\0\0\0\0\0\0\0"s
             "\0\0\0\0"s
-            "\x02");
+            "\x02"
+            "\x03\0\0\0\0\0\0\0"s
+            "\x04\0\0\0\0\0\0\0"s);
   EXPECT_EQ(Encoded(GreetingOf("a")),
             "\x2C\0\0\0"s
-            "\0\x01\x03"s
+            "\0\x02\x03"s
             "\x05\0\0\0"s
             "0.1.0"
             "\x03\0\0\0"s
@@ -217,15 +227,15 @@ TEST(CheckGreeting, OtherVersionsAreToldWithTheOrderOfUpgrading) {
 // Of a later version, only what all versions have in common is read.
 TEST(CheckGreeting, AGreetingOfAnotherPeerVersionIsUnderstoodSoFar) {
   const Result<PeerMessage> later = DecodePeerMessage(
-      "\0\x02\x04\x05\0\0\0"s
+      "\0\x03\x04\x05\0\0\0"s
       "0.3.0"
       "and what is not known yet");
   ASSERT_TRUE(later.ok()) << later.error();
   EXPECT_EQ(CheckGreeting(GreetingOf("a"), std::get<Greeting>(later.value())).ErrorOr(""),
-            "the other node runs pheromoned 0.3.0 with peer version 2, this node a pheromoned "
-            "0.1.0 with peer version 1, expected the same; upgrade this node: followers first, the "
+            "the other node runs pheromoned 0.3.0 with peer version 3, this node a pheromoned "
+            "0.1.0 with peer version 2, expected the same; upgrade this node: followers first, the "
             "leader last");
-  EXPECT_FALSE(DecodePeerMessage("\0\x02\x04\x05\0\0\0"s
+  EXPECT_FALSE(DecodePeerMessage("\0\x03\x04\x05\0\0\0"s
                                  "0.3")
                    .ok());
 }

@@ -8,11 +8,17 @@ namespace pheromone::cluster {
 std::string_view TextOf(LogGap gap) {
   switch (gap) {
     case LogGap::kTrimmed:
-      return "the cluster's log no longer has the events that come next here: copy the journal of "
-             "another server";
+      return "the cluster's log no longer has the events that come next here: this server takes "
+             "the "
+             "state of another one and starts again";
     case LogGap::kRewound:
       return "the cluster's log lacks events that were applied here: it was lost, or an older one "
-             "restored";
+             "restored; this server answers queries only: see pheromoned(8), CLUSTER";
+    case LogGap::kOtherLog:
+      return "etcd has the log of another cluster, or was wiped; this server answers queries only: "
+             "see pheromoned(8), CLUSTER";
+    case LogGap::kDiverged:
+      return "the state here is not the leader's: this server takes the leader's and starts again";
     case LogGap::kNone:
       break;
   }
@@ -20,7 +26,8 @@ std::string_view TextOf(LogGap gap) {
 }
 
 Replica::Replica(ReplicaSettings settings, Sequence next, uint64_t now_ms)
-    : election_(std::move(settings), now_ms),
+    : id_(settings.id),
+      election_(std::move(settings), now_ms),
       queue_(election_.settings()),
       next_(next),
       follow_from_(std::max<Sequence>(next, 2) - 1) {}
@@ -33,7 +40,11 @@ void Replica::OnPage(const Page& page, uint64_t now_ms) {
   if (is_deposed_) {
     return;
   }
-  if (!page_next_) {
+  if (!IsSameLog(page)) {
+    Bar(LogGap::kOtherLog);
+    return;
+  }
+  if (!page_next_ && gap_ == LogGap::kNone) {
     CheckFirst(page);
   }
   for (const Group& group : page.groups) {
@@ -43,8 +54,7 @@ void Replica::OnPage(const Page& page, uint64_t now_ms) {
     Receive(group, page.leader, now_ms);
   }
   if (gap_ != LogGap::kNone) {
-    is_deposed_ = is_deposed_ || !queue_.empty();
-    election_.Bar();
+    Bar(gap_);
   }
   const Term known = election_.leader().term;
   election_.OnLeader(page.leader, now_ms);
@@ -53,6 +63,20 @@ void Replica::OnPage(const Page& page, uint64_t now_ms) {
   }
   has_caught_up_ =
       role() == Role::kCatchesUp && (has_caught_up_ || page.leader.term == election_.leader().term);
+}
+
+void Replica::Bar(LogGap gap) {
+  gap_ = gap;
+  is_deposed_ = is_deposed_ || !queue_.empty();
+  election_.Bar();
+}
+
+// A log without an ID is empty.
+bool Replica::IsSameLog(const Page& page) {
+  if (id_.empty()) {
+    id_ = page.id;
+  }
+  return page.id == id_;
 }
 
 void Replica::CheckFirst(const Page& page) {

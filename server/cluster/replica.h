@@ -59,11 +59,13 @@ namespace pheromone::cluster {
 /// Why a daemon cannot follow the log; then it delivers nothing more and does not take the lead.
 enum class LogGap : uint8_t {
   kNone,
-  kTrimmed,  ///< what comes next was trimmed: it needs the state of a peer, and a new Replica
-  kRewound,  ///< the log lacks what was applied here: it was lost, or an older one restored
+  kTrimmed,   ///< what comes next was trimmed: it needs the state of a peer, and a new Replica
+  kRewound,   ///< the log lacks what was applied here: it was lost, or an older one restored
+  kOtherLog,  ///< the log has another ID: it was begun anew, or is another cluster's
+  kDiverged,  ///< the state here is not the leader's: it needs the leader's, and a new Replica
 };
 
-/// Empty for kNone.
+/// And what becomes of it; empty for kNone.
 std::string_view TextOf(LogGap gap);
 
 class Replica {
@@ -90,6 +92,8 @@ class Replica {
   /// Whether the journal accepts events. One that does not never takes the lead, and hands it over
   /// as soon as a healthy peer is there.
   void SetHealthy(bool is_healthy) { election_.SetHealthy(is_healthy); }
+  /// Ends this daemon's part for such a reason: it delivers nothing more and leads no more.
+  void Bar(LogGap gap);
   /// Lets another one lead, `successor` if it is not empty: admits no more, commits what is
   /// submitted, then says so in its heartbeats. If nobody takes over within some suspect_ms it
   /// admits again. Has no effect unless it leads.
@@ -120,16 +124,20 @@ class Replica {
   /// The last event that is known as committed here; Next may still have to hand it out.
   Sequence committed() const { return next_ - 1; }
   LogGap gap() const { return gap_; }
+  /// Of the log; empty: it has none yet, or none was heard.
+  const std::string& id() const { return id_; }
 
   /// All on which its decisions depend, except times and peers: for checkers, which take two with
   /// equal bytes for the same.
   void Encode(ByteWriter* writer) const;
 
  private:
+  bool IsSameLog(const Page& page);
   void CheckFirst(const Page& page);
   void Receive(const Group& group, const Leader& leader, uint64_t now_ms);
   void CommitOwn();
 
+  std::string id_;
   Election election_;
   GroupQueue queue_;
   Sequence next_;  // after the last committed event

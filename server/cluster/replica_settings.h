@@ -15,6 +15,7 @@ constexpr uint64_t kNever = std::numeric_limits<uint64_t>::max();
 struct ReplicaSettings {
   std::string node;                ///< this daemon's
   std::vector<std::string> nodes;  ///< all, this one too, in the order in which they take over
+  std::string id{};  ///< of the log that this daemon's events are from; empty: it has none yet
   uint64_t heartbeat_ms = 50;  ///< also: how much later the next in order takes over, and the pause
                                ///< after a request without an answer
   uint64_t suspect_ms = 300;   ///< a leader that gives no sign for that long is suspected

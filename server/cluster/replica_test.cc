@@ -46,6 +46,45 @@ Replica LeaderOfTerm6() {
   return replica;
 }
 
+// Another log, or the same one begun anew, may have other events with the same sequences.
+TEST(Replica, ALogWithAnotherIdIsNotFollowed) {
+  ReplicaSettings settings = SettingsOf("a");
+  settings.id = "first";
+  const Page other{.id = "second", .leader = {5, "b"}, .groups = {GroupOf(1, 4, "xyz")}};
+  const Page empty{.id = "", .leader = {}, .groups = {}};
+  for (const Page& page : {other, empty}) {
+    Replica replica(settings, 3, 0);
+    replica.OnPage(page, 0);
+    EXPECT_EQ(replica.gap(), LogGap::kOtherLog);
+    EXPECT_TRUE(replica.Next(0).committed.empty());
+    for (uint64_t now_ms = 0; now_ms < 5'000; now_ms += 50) {
+      EXPECT_FALSE(replica.Next(now_ms).take_lead) << now_ms;
+    }
+  }
+}
+
+TEST(Replica, ALogThatIsWipedEndsALeader) {
+  Replica idle = LeaderOfTerm6();
+  Replica busy = idle;
+  busy.Submit(3, "z");
+  for (Replica* const replica : {&idle, &busy}) {
+    EXPECT_EQ(replica->id(), "id");
+    replica->OnPage({.id = "", .leader = {}, .groups = {}}, 1'010);
+    EXPECT_EQ(replica->gap(), LogGap::kOtherLog);
+    EXPECT_FALSE(replica->admits());
+  }
+  EXPECT_EQ(idle.role(), Role::kFollows);
+  EXPECT_EQ(busy.role(), Role::kDeposed) << "it has applied what is in no log";
+}
+
+TEST(Replica, WhatItWasBarredForStays) {
+  Replica replica(SettingsOf("a"), 3, 0);
+  replica.Bar(LogGap::kOtherLog);
+  replica.OnPage(PageOf({5, "b"}, {GroupOf(9, 5, "z")}, 9), 0);
+  EXPECT_EQ(replica.gap(), LogGap::kOtherLog) << "and not that a state is needed";
+  EXPECT_TRUE(replica.Next(0).committed.empty());
+}
+
 TEST(Replica, DeliversEachGroupOnceInOrder) {
   Replica replica(SettingsOf("a"), 1, 0);
   EXPECT_EQ(replica.follow_from(), 1u);

@@ -46,8 +46,10 @@ std::string_view NameOf(cluster::Role role) {
   return "follows";
 }
 
-cluster::ReplicaSettings ReplicaSettingsOf(const config::ClusterSettings& settings) {
+cluster::ReplicaSettings ReplicaSettingsOf(const config::ClusterSettings& settings,
+                                           const std::string& id) {
   cluster::ReplicaSettings replica;
+  replica.id = id;
   replica.node = settings.node;
   for (const auto& node : settings.nodes) {
     replica.nodes.push_back(node.name);
@@ -58,7 +60,8 @@ cluster::ReplicaSettings ReplicaSettingsOf(const config::ClusterSettings& settin
 }
 
 // The member on this machine is asked first.
-cluster::EtcdSettings EtcdSettingsOf(const config::ClusterSettings& settings) {
+cluster::EtcdSettings EtcdSettingsOf(const config::ClusterSettings& settings,
+                                     const std::string& id_to_found) {
   cluster::EtcdSettings etcd;
   etcd.cluster = settings.name;
   etcd.members = settings.engine;
@@ -71,7 +74,7 @@ cluster::EtcdSettings EtcdSettingsOf(const config::ClusterSettings& settings) {
   std::rotate(etcd.members.begin(), etcd.has_own_member ? here : etcd.members.begin(),
               etcd.has_own_member ? std::next(here) : etcd.members.begin());
   std::random_device random;
-  etcd.new_id = fmt::format("{:08x}{:08x}", random(), random());
+  etcd.new_id = id_to_found.empty() ? fmt::format("{:08x}{:08x}", random(), random()) : id_to_found;
   etcd.on_member = [](const Endpoint& member, const Status& status) {
     if (status.ok()) {
       spdlog::info("cluster: etcd at {} responds again", ToText(member));
@@ -85,19 +88,20 @@ cluster::EtcdSettings EtcdSettingsOf(const config::ClusterSettings& settings) {
 }  // namespace
 
 ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash,
-                             engine::OrderedLog* local, uint64_t last)
+                             Local local)
     : settings_(settings),
-      local_(local),
+      local_(std::move(local)),
       work_(boost::asio::make_work_guard(io_)),
       timer_(io_),
-      log_(local, {.last = last,
-                   .submitted = [this] { Wake(); },
-                   .committed = [this] { uses_.committed(); }}) {
+      log_(local_.log, {.last = local_.last,
+                        .submitted = [this] { Wake(); },
+                        .committed = [this] { uses_.committed(); }}) {
   std::random_device random;
   cluster::PeersSettings peers;
   peers.own.versions.program = PHEROMONE_VERSION;
   peers.own.cluster = settings_.name;
   peers.own.node = settings_.node;
+  peers.own.id = local_.founds ? "" : local_.id;
   peers.own.links_hash = links_hash;
   peers.own.instance = uint64_t{random()} << 32 | random();
   for (const auto& node : settings_.nodes) {
@@ -120,10 +124,12 @@ ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t l
           .on_down =
               [this](const std::string& node, const std::string& why) {
                 spdlog::warn("cluster: the connection to {} ended: {}", node, why);
+                told_down_[node].insert(why);
                 cluster_->OnDown(node);
               },
           .on_warning = [](const std::string& text) { spdlog::warn("cluster: {}", text); }});
-  replicated_ = std::make_unique<cluster::EtcdLog>(io_.get_executor(), EtcdSettingsOf(settings_));
+  replicated_ = std::make_unique<cluster::EtcdLog>(
+      io_.get_executor(), EtcdSettingsOf(settings_, local_.founds ? local_.id : ""));
 }
 
 ClusterMember::~ClusterMember() {
@@ -133,11 +139,12 @@ ClusterMember::~ClusterMember() {
 Status ClusterMember::Start(Uses uses) {
   uses_ = std::move(uses);
   cluster_ = std::make_unique<cluster::Cluster>(
-      ReplicaSettingsOf(settings_), log_.appended() + 1, replicated_.get(),
+      ReplicaSettingsOf(settings_, local_.id), log_.appended() + 1, local_.founds,
+      replicated_.get(),
       cluster::Cluster::Parts{
           .service = uses_.service,
           .log = &log_,
-          .local = local_,
+          .local = local_.log,
           .now_ms = NowMs,
           .wake_at = [this](uint64_t at_ms) { WakeAt(at_ms); },
           .send = [this](const std::string& to,
@@ -156,11 +163,40 @@ Status ClusterMember::Start(Uses uses) {
           .halt =
               [this](const cluster::HaltAll& halt) {
                 return cluster::HaltDone{halt.number, uses_.halt(), {}};
-              }});
+              },
+          .on_id = [this](const std::string& id) { return NoteId(id); },
+          .freeze = uses_.freeze,
+          .aside =
+              [this](std::function<void()> work, std::function<void()> done) {
+                boost::asio::post(aside_, [this, work = std::move(work), done = std::move(done)] {
+                  work();
+                  boost::asio::post(io_, done);
+                });
+              },
+          .folder = local_.folder,
+          .warn = [](const std::string& text) { spdlog::error("cluster: {}", text); }});
   PHEROMONE_TRY_STATUS(peers_->Listen());
   boost::asio::post(io_, [this] { cluster_->Start(); });
   thread_ = std::thread([this] { io_.run(); });
   return Ok();
+}
+
+Status ClusterMember::NoteId(const std::string& id) {
+  PHEROMONE_TRY_STATUS(local_.note_id(id));
+  peers_->SetId(id);
+  spdlog::info("cluster: the log of {} has the ID {}", settings_.name, id);
+  return Ok();
+}
+
+// Each reason once, until there is a connection.
+void ClusterMember::ReportPeers() {
+  for (const cluster::PeerState& peer : peer_states_) {
+    if (peer.is_up) {
+      told_down_.erase(peer.node);
+    } else if (!peer.why_down.empty() && told_down_[peer.node].insert(peer.why_down).second) {
+      spdlog::warn("cluster: no connection to {}: {}", peer.node, peer.why_down);
+    }
+  }
 }
 
 void ClusterMember::Wake() {
@@ -175,10 +211,12 @@ void ClusterMember::Wake() {
 void ClusterMember::WakeAt(uint64_t at_ms) {
   if (const uint64_t now_ms = NowMs(); now_ms >= told_ms_ + kBetweenViewsMs) {
     told_ms_ = now_ms;
-    peers_->SetId(cluster_->view().id);
-    const std::lock_guard lock(mutex_);
-    peer_states_ = peers_->states();
-    changed_.notify_all();
+    {
+      const std::lock_guard lock(mutex_);
+      peer_states_ = peers_->states();
+      changed_.notify_all();
+    }
+    ReportPeers();
   }
   if (at_ms == UINT64_MAX) {
     timer_.cancel();
@@ -217,17 +255,18 @@ ClusterMember::Begun ClusterMember::AwaitBegin() {
     if (log_.leads()) {
       return Begun::kLeads;
     }
+    const bool is_barred =
+        view.gap == cluster::LogGap::kRewound || view.gap == cluster::LogGap::kOtherLog;
+    if (is_configured && is_barred) {
+      spdlog::error("cluster: {}", TextOf(view.gap));
+      return Begun::kFollows;
+    }
     if (is_configured && view.behind == 0 && cluster_->has_leader()) {
       return Begun::kFollows;
     }
     if (steady_clock::now() - told_at >= kBetweenTold) {
       told_at = steady_clock::now();
-      const std::string text =
-          fmt::format("waiting for the cluster: {}",
-                      !view.trouble.empty()           ? view.trouble
-                      : view.gap != cluster::LogGap{} ? std::string(cluster::TextOf(view.gap))
-                      : view.leader.node.empty()      ? "no server leads"
-                                                      : view.leader.node + " is to lead");
+      const std::string text = "waiting for the cluster: " + DescribeWait();
       service_manager::Starting(text);
       spdlog::info("{}", text);
     }
@@ -236,6 +275,21 @@ ClusterMember::Begun ClusterMember::AwaitBegin() {
       return Begun::kStopped;
     }
   }
+}
+
+std::string ClusterMember::DescribeWait() const {
+  const cluster::ClusterView view = cluster_->view();
+  std::string text = !view.trouble.empty()                ? view.trouble
+                     : view.gap != cluster::LogGap::kNone ? std::string(TextOf(view.gap))
+                     : view.leader.node.empty()           ? "no server leads"
+                     : view.behind > 0 ? std::to_string(view.behind) + " events are to be applied"
+                                       : view.leader.node + " is to lead";
+  text += view.transfer.empty() ? "" : "; " + view.transfer;
+  const std::lock_guard lock(mutex_);
+  for (const cluster::PeerState& peer : peer_states_) {
+    text += peer.is_up || peer.why_down.empty() ? "" : "; " + peer.node + ": " + peer.why_down;
+  }
+  return text;
 }
 
 void ClusterMember::Interrupt() {
@@ -308,6 +362,8 @@ control::ClusterView ClusterMember::View() const {
   view.elections = now.elections;
   view.fenced = now.fenced;
   view.forwarded = now.forwarded;
+  view.divergences = now.divergences;
+  view.transfer = now.transfer;
   view.trouble = now.trouble;
   view.gap = cluster::TextOf(now.gap);
   const std::lock_guard lock(mutex_);
@@ -328,6 +384,9 @@ void ClusterMember::Stop() {
     work_.reset();
   });
   thread_.join();
+  aside_.join();
+  io_.restart();
+  io_.poll();  // what was done aside is dropped while the service is there
 }
 
 }  // namespace pheromone::daemon

@@ -1,6 +1,6 @@
 // One server of a cluster: the thread, sockets and timers around server/cluster.
 //
-//   ClusterMember member(settings, links_hash, journal->log(), last_sequence);
+//   ClusterMember member(settings, links_hash, {.log = journal->log(), ...});
 //   engine::Service service(member.log(), ...);
 //   Status begun = member.Start({.service = &service, ...});
 //   switch (member.AwaitBegin()) ...         // until this server leads or follows
@@ -15,8 +15,10 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -24,6 +26,7 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
 
 #include "server/base/result.h"
 #include "server/cluster/cluster.h"
@@ -33,14 +36,24 @@
 #include "server/config/config.h"
 #include "server/core/engine/service/service.h"
 #include "server/daemon/live_control.h"
+#include "server/store/journal/folder.h"
+#include "server/store/journal/snapshot_writer.h"
 
 namespace pheromone::daemon {
 
 class ClusterMember {
  public:
-  /// `local` is this machine's journal, up to `last`; it outlives the member.
-  ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash,
-                engine::OrderedLog* local, uint64_t last);
+  /// This machine's journal; it outlives the member.
+  struct Local {
+    engine::OrderedLog* log = nullptr;
+    uint64_t last = 0;  ///< its last event
+    journal::Folder* folder = nullptr;
+    std::string id;       ///< of the cluster's log; empty: not known yet
+    bool founds = false;  ///< that log has to be empty, and begins after this journal
+    /// The ID is known: it has to become durable.
+    std::function<Status(const std::string& id)> note_id;
+  };
+  ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash, Local local);
   ClusterMember(const ClusterMember&) = delete;
   ClusterMember& operator=(const ClusterMember&) = delete;
   ~ClusterMember();
@@ -59,13 +72,15 @@ class ClusterMember {
                        std::function<void(cluster::OperatorResult)>)>
         change;
     std::function<std::vector<std::string>()> halt;  ///< halts the robots here
+    /// Any thread; null while another state is being copied.
+    std::function<std::unique_ptr<journal::StateSource>()> freeze;
   };
   /// Errors: the other servers cannot reach this one.
   Status Start(Uses uses);
 
   enum class Begun {
     kLeads,    ///< and the state may have no configuration yet
-    kFollows,  ///< a state with a configuration
+    kFollows,  ///< a state with a configuration; or, for good, none that it could follow
     kStopped,  ///< Interrupt was called
   };
   /// Waits until the log says so, and tells progress to the service manager.
@@ -91,14 +106,18 @@ class ClusterMember {
   control::ClusterView View() const;
   void HaltPeers();
   void StepDown(const std::string& successor, const control::Control::Done& done);
+  void ReportPeers();
+  std::string DescribeWait() const;
+  Status NoteId(const std::string& id);
 
   const config::ClusterSettings settings_;
-  engine::OrderedLog* const local_;
+  const Local local_;
   Uses uses_;
   boost::asio::io_context io_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_;
   boost::asio::steady_timer timer_;
   std::thread thread_;
+  boost::asio::thread_pool aside_{1};  // states are copied and written there
   cluster::ClusterLog log_;
   std::unique_ptr<cluster::ReplicatedLog> replicated_;
   std::unique_ptr<cluster::Peers> peers_;
@@ -112,6 +131,8 @@ class ClusterMember {
   // Under mutex_:
   bool interrupted_ = false;
   std::vector<cluster::PeerState> peer_states_;
+
+  std::map<std::string, std::set<std::string>> told_down_;  // the thread's: why there is no peer
 };
 
 }  // namespace pheromone::daemon

@@ -207,7 +207,14 @@ class Daemon::Impl {
         return !stopping_;
       }
     }
-    const Status configured = config_.TakeAtStart(member_ == nullptr && journal_->state_lost());
+    const bool begins_epoch = journal_->membership().new_epoch;
+    const Status configured =
+        config_.TakeAtStart(begins_epoch || (member_ == nullptr && journal_->state_lost()));
+    if (configured.ok() && begins_epoch) {
+      (void)log()->WhenDurable(
+          service_.Inspect([](const engine::Engine& engine) { return engine.sequence(); }),
+          [this] { (void)operations_.Add([this] { journal_->EndNewEpoch(); }); });
+    }
     if (!configured.ok()) {
       spdlog::critical("{}", configured.error());
       must_restart_ = member_ != nullptr && service_.Inspect([this](const engine::Engine& /*it*/) {
@@ -226,10 +233,20 @@ class Daemon::Impl {
   }
 
   std::unique_ptr<ClusterMember> MakeMember(const config::Config& config) const {
-    return config.cluster
-               ? std::make_unique<ClusterMember>(*config.cluster, LinksHash(config),
-                                                 journal_->log(), journal_->last_sequence())
-               : nullptr;
+    if (!config.cluster) {
+      return nullptr;
+    }
+    const journal::Membership membership = journal_->membership();
+    const auto note_id = [this, name = config.cluster->name](const std::string& id) {
+      return journal_->NoteMembership(name, id);
+    };
+    return std::make_unique<ClusterMember>(*config.cluster, LinksHash(config),
+                                           ClusterMember::Local{.log = journal_->log(),
+                                                                .last = journal_->last_sequence(),
+                                                                .folder = journal_->files(),
+                                                                .id = membership.id,
+                                                                .founds = membership.founds,
+                                                                .note_id = note_id});
   }
 
   engine::OrderedLog* log() { return member_ != nullptr ? member_->log() : journal_->log(); }
@@ -253,7 +270,12 @@ class Daemon::Impl {
                     const std::function<void(cluster::OperatorResult)>& done) {
                control_.Accept(change, done);
              },
-         .halt = [this] { return control_.HaltHere(); }}));
+         .halt = [this] { return control_.HaltHere(); },
+         .freeze = [this]() -> std::unique_ptr<journal::StateSource> {
+           const bool has_state =
+               service_.Inspect([](const engine::Engine& engine) { return engine.configured(); });
+           return has_state ? journal::ServiceState::Freeze(&service_) : nullptr;
+         }}));
     switch (member_->AwaitBegin()) {
       case ClusterMember::Begun::kStopped:
         stopping_ = true;
@@ -450,6 +472,7 @@ class Daemon::Impl {
         return;
       }
       journal_->ReportStall();
+      NoteClock();
       control_.SampleLinks();
       control_.TellWhatChanged();
       for (const std::string& refusal : control_.TellRefusals()) {
@@ -495,6 +518,19 @@ class Daemon::Impl {
         (void)operations_.Add([] { malloc_trim(0); });  // if there is no room, the next time
       }
     });
+  }
+
+  // Of a cluster: what field time is by this machine's clock.
+  void NoteClock() {
+    if (member_ == nullptr) {
+      return;
+    }
+    const uint64_t field_ms =
+        service_.Inspect([this](const engine::Engine& /*engine*/) { return FieldTime(); });
+    const int64_t utc_ms = ReadSystemClocks().utc_ms;
+    if (!journal_->IsClockNoted(field_ms, utc_ms)) {
+      (void)operations_.Add([this, field_ms, utc_ms] { journal_->NoteClock(field_ms, utc_ms); });
+    }
   }
 
   // Once, when it happens.

@@ -30,6 +30,7 @@
 #include "server/core/engine/engine.h"
 #include "server/core/engine/service/ordered_log.h"
 #include "server/store/journal/local_journal.h"
+#include "server/store/journal/membership.h"
 #include "server/store/journal/posix_folder.h"
 #include "server/store/journal/snapshot_writer.h"
 
@@ -37,8 +38,10 @@ namespace pheromone::daemon {
 
 class JournalOwner {
  public:
-  /// Errors: the journal in the folder cannot be used.
-  static Result<std::unique_ptr<JournalOwner>> Open(const config::JournalConfig& config);
+  /// `is_member`: of a cluster, whose events have the UTC of other machines. Errors: the journal in
+  /// the folder cannot be used.
+  static Result<std::unique_ptr<JournalOwner>> Open(const config::JournalConfig& config,
+                                                    bool is_member);
   JournalOwner(const JournalOwner&) = delete;
   JournalOwner& operator=(const JournalOwner&) = delete;
   ~JournalOwner();
@@ -54,6 +57,22 @@ class JournalOwner {
   uint64_t last_ms() const { return last_ms_; }
   /// Whether acknowledged changes may be missing.
   bool state_lost() const { return state_lost_; }
+
+  /// Why a server must not go on from this journal, with the way out, if it is one of that cluster
+  /// (empty: alone); empty: it may.
+  std::string WhyNotFor(const std::string& cluster) const;
+  /// To which cluster it belongs; an empty one: to none. Any thread, as those that change it, which
+  /// wait for the disk.
+  journal::Membership membership() const;
+  Status NoteMembership(const std::string& cluster, const std::string& id);
+  /// The epoch that Membership::new_epoch asked for was begun.
+  void EndNewEpoch();
+  /// Keeps what field time was by this machine's clock, if it is not as it was.
+  bool IsClockNoted(uint64_t field_ms, int64_t utc_ms) const;
+  void NoteClock(uint64_t field_ms, int64_t utc_ms);
+
+  /// Where a snapshot may be put; null: nothing is kept.
+  journal::Folder* files() { return folder_.get(); }
   /// Empty: nothing is kept.
   const std::string& folder() const { return folder_name_; }
 
@@ -86,7 +105,7 @@ class JournalOwner {
   std::optional<journal::JournalStatus> status() const;
 
  private:
-  explicit JournalOwner(const config::JournalConfig& config);
+  JournalOwner(const config::JournalConfig& config, bool is_member);
 
   Status OpenFolder();
   void MakeSnapshots();
@@ -95,7 +114,11 @@ class JournalOwner {
   bool AwaitDisk(uint64_t sequence);
   void EndThreads();
 
+  void FindStart(const engine::Stamp& last);
+  Status Change(const journal::Membership& membership);
+
   const config::JournalConfig config_;
+  const bool is_member_;
   const std::string folder_name_;
   engine::VolatileLog volatile_log_;
   std::unique_ptr<journal::PosixFolder> folder_;
@@ -105,6 +128,8 @@ class JournalOwner {
   uint64_t last_ms_ = 0;
   uint64_t last_sequence_ = 0;
   bool state_lost_ = false;
+  mutable std::mutex membership_mutex_;
+  std::optional<journal::Membership> membership_;  // under it; empty: there is no file
 
   uint64_t stalled_us_ = 0;  // as last reported; 0: not stalled
   Freeze freeze_;

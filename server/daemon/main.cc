@@ -156,10 +156,16 @@ int Serve(const Options& options, const std::optional<maps::SavedField>& field,
     return kUsage;
   }
   MakeToken(&config.web);
-  auto journal = JournalOwner::Open(config.journal);
+  auto journal = JournalOwner::Open(config.journal, config.cluster.has_value());
   if (!journal.ok()) {
     spdlog::critical("{}", journal.error());
     return 1;
+  }
+  const std::string misfit =
+      journal.value()->WhyNotFor(config.cluster ? config.cluster->name : std::string());
+  if (!misfit.empty()) {
+    spdlog::critical("journal: {}", misfit);
+    return kUsage;
   }
   Daemon daemon(
       std::move(config), std::move(journal).value(), [&] { return LoadAgain(options, field); },

@@ -59,19 +59,21 @@ struct ClusterView {
     bool up = false;
     std::string state;  ///< as text: its version, or why there is no connection
   };
-  std::string name;        ///< of the cluster
-  std::string node;        ///< this server's
-  std::string role;        ///< "leads", "follows", "takes the lead", "catches up"
-  std::string leader;      ///< the node that leads; empty: none is known
-  uint64_t term = 0;       ///< its
-  uint64_t committed = 0;  ///< the last event that a majority has, as far as is known here
-  uint64_t behind = 0;     ///< events that are not applied here yet, though a peer knows them
-  double heard_s = 0;      ///< time since the log was heard: how stale this server may be
-  uint64_t elections = 0;  ///< how often the leader changed
-  uint64_t fenced = 0;     ///< changes of this server that were refused, since another one led
-  uint64_t forwarded = 0;  ///< messages that were passed to the leader
-  std::string trouble;     ///< with the engine of the log; empty: it responds
-  std::string gap;         ///< why this server cannot follow the log; empty: it can
+  std::string name;          ///< of the cluster
+  std::string node;          ///< this server's
+  std::string role;          ///< "leads", "follows", "takes the lead", "catches up"
+  std::string leader;        ///< the node that leads; empty: none is known
+  uint64_t term = 0;         ///< its
+  uint64_t committed = 0;    ///< the last event that a majority has, as far as is known here
+  uint64_t behind = 0;       ///< events that are not applied here yet, though a peer knows them
+  double heard_s = 0;        ///< time since the log was heard: how stale this server may be
+  uint64_t elections = 0;    ///< how often the leader changed
+  uint64_t fenced = 0;       ///< changes of this server that were refused, since another one led
+  uint64_t forwarded = 0;    ///< messages that were passed to the leader
+  uint64_t divergences = 0;  ///< states that were not the leader's, here or at others
+  std::string trouble;       ///< with the engine of the log; empty: it responds
+  std::string gap;           ///< why this server cannot follow the log; empty: it can
+  std::string transfer;      ///< of a state between servers, as text; empty: none
   std::vector<Peer> peers;
 };
 

@@ -171,13 +171,22 @@ json::value ToJson(const control::ClusterView& cluster) {
   for (const control::ClusterView::Peer& peer : cluster.peers) {
     peers.push_back({{"node", peer.node}, {"up", peer.up}, {"state", peer.state}});
   }
-  return json::object{{"name", cluster.name},           {"node", cluster.node},
-                      {"role", cluster.role},           {"leader", TextOrNull(cluster.leader)},
-                      {"term", cluster.term},           {"committed_sequence", cluster.committed},
-                      {"behind", cluster.behind},       {"heard_s", cluster.heard_s},
-                      {"elections", cluster.elections}, {"fenced", cluster.fenced},
-                      {"forwarded", cluster.forwarded}, {"trouble", TextOrNull(cluster.trouble)},
-                      {"gap", TextOrNull(cluster.gap)}, {"peers", peers}};
+  return json::object{{"name", cluster.name},
+                      {"node", cluster.node},
+                      {"role", cluster.role},
+                      {"leader", TextOrNull(cluster.leader)},
+                      {"term", cluster.term},
+                      {"committed_sequence", cluster.committed},
+                      {"behind", cluster.behind},
+                      {"heard_s", cluster.heard_s},
+                      {"elections", cluster.elections},
+                      {"fenced", cluster.fenced},
+                      {"forwarded", cluster.forwarded},
+                      {"divergences", cluster.divergences},
+                      {"trouble", TextOrNull(cluster.trouble)},
+                      {"gap", TextOrNull(cluster.gap)},
+                      {"transfer", TextOrNull(cluster.transfer)},
+                      {"peers", peers}};
 }
 
 json::value ToJson(const control::StatusView& status) {

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "server/operators/ctl/cluster/cluster_check.h"
+#include "server/operators/ctl/cluster/cluster_journal.h"
 #include "server/operators/ctl/cluster/cluster_setup.h"
 #include "server/operators/ctl/cluster_commands.h"
 #include "server/operators/ctl/command_line.h"
@@ -30,11 +31,28 @@ void AddSetup(CLI::App* cluster, int* exit_status) {
   setup->callback([=] { *exit_status = SetUpCluster(*it); });
 }
 
+void AddLeaveAndReset(CLI::App* cluster, int* exit_status) {
+  const auto folder = std::make_shared<std::string>();
+  const auto name = std::make_shared<std::string>();
+  const auto yes = std::make_shared<bool>(false);
+  CLI::App* leave = cluster->add_subcommand(
+      "leave", "Let the stopped server of a journal go on alone, without its cluster");
+  leave->add_option("folder", *folder, "Its journal")->required()->type_name("FOLDER");
+  leave->add_flag("--new-epoch", *yes, "An epoch begins: the others may have gone on")->required();
+  leave->callback([=] { *exit_status = LeaveCluster(*folder); });
+  CLI::App* reset =
+      cluster->add_subcommand("reset", "Begin a cluster anew with the journal of a stopped server");
+  reset->add_option("folder", *folder, "Its journal")->required()->type_name("FOLDER");
+  reset->add_option("--name", *name, "The cluster, as configured")->required()->type_name("NAME");
+  reset->add_flag("--yes", *yes, "Do it: what other machines have beyond it is lost");
+  reset->callback([=] { *exit_status = ResetCluster(*folder, *name, *yes); });
+}
+
 }  // namespace
 
 void AddClusterCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
   CLI::App* cluster = program->add_subcommand(
-      "cluster", "Several servers with one map: setup, check, status, step-down");
+      "cluster", "Several servers with one map: setup, check, status, step-down, leave, reset");
   cluster->require_subcommand(1);
   AddSetup(cluster, exit_status);
   const auto config = std::make_shared<std::string>();
@@ -51,6 +69,7 @@ void AddClusterCommands(CLI::App* program, const ServerOptions* options, int* ex
   step_down->add_option("--to", *successor, "The node that shall lead (default: any)")
       ->type_name("NODE");
   step_down->callback([=] { *exit_status = StepDown(*options, *successor); });
+  AddLeaveAndReset(cluster, exit_status);
 }
 
 }  // namespace pheromone::ctl

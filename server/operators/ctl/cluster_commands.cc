@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <boost/json/serialize.hpp>
+
 #include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/table.h"
 #include "server/operators/ctl/units.h"
@@ -38,6 +40,9 @@ std::string DescribeCluster(const json::value& cluster) {
       leader.empty() ? "none" : leader, CountAt(cluster, "term"), CountAt(cluster, "elections"),
       CountAt(cluster, "committed_sequence"), CountAt(cluster, "behind"),
       Duration(NumberAt(cluster, "heard_s")));
+  if (const std::string transfer = TextAt(cluster, "transfer"); !transfer.empty()) {
+    text += fmt::format("state     {}\n", transfer);
+  }
   for (const char* const key : {"trouble", "gap"}) {
     if (const std::string warning = TextAt(cluster, key); !warning.empty()) {
       text += fmt::format("WARNING   {}\n", warning);

@@ -10,6 +10,7 @@
 #include "server/operators/ctl/map_commands.h"
 #include "server/store/journal/event_reader.h"
 #include "server/store/journal/event_text.h"
+#include "server/store/journal/membership.h"
 #include "server/store/journal/posix_folder.h"
 #include "server/store/journal/recovery.h"
 #include "server/store/journal/segment_reader.h"
@@ -106,6 +107,20 @@ void DescribeNote(const PosixFolder& folder) {
                   : "no valid durability mark");
 }
 
+// False: it is damaged, and a server does not start with it.
+bool DescribeMembership(const PosixFolder& folder) {
+  const auto membership = journal::ReadMembership(folder);
+  const journal::Membership its =
+      membership.ok() && membership.value() ? *membership.value() : journal::Membership();
+  fmt::print("{}: {}\n", journal::kMembershipName,
+             !membership.ok()      ? std::string(membership.error())
+             : its.cluster.empty() ? "has left its cluster; a new epoch begins"
+                                   : fmt::format("of cluster \"{}\"{}{}", its.cluster,
+                                                 its.id.empty() ? "" : ", ID " + its.id,
+                                                 its.founds ? ", whose log begins with it" : ""));
+  return membership.ok();
+}
+
 // A log truncated between two records looks as if nothing had ever followed.
 std::string WhatIsCertain(const journal::Recovered& state) {
   const uint64_t known = std::max(state.certain, state.noted ? state.noted->sequence : 0);
@@ -131,6 +146,7 @@ int CheckJournal(const std::string& path) {
     return Fail(folder.error());
   }
   const auto names = folder.value()->List();
+  bool damaged = false;
   for (const std::string& name : names.ok() ? names.value() : std::vector<std::string>{}) {
     if (journal::SnapshotSequenceOf(name)) {
       DescribeSnapshot(*folder.value(), name);
@@ -138,6 +154,8 @@ int CheckJournal(const std::string& path) {
       DescribeSegment(*folder.value(), name);
     } else if (name == journal::kDurableName) {
       DescribeNote(*folder.value());
+    } else if (name == journal::kMembershipName) {
+      damaged = !DescribeMembership(*folder.value());
     } else {
       fmt::print("{}: not read\n", name);
     }
@@ -165,8 +183,9 @@ int CheckJournal(const std::string& path) {
   const bool incomplete = state.lost || state.differs || !state.damaged_files.empty();
   fmt::print("{}\n",
              incomplete ? "damaged: acknowledged changes may be missing" : WhatIsCertain(state));
-  const bool damaged = incomplete || std::any_of(state.findings.begin(), state.findings.end(),
-                                                 [](const auto& it) { return it.is_damage; });
+  damaged = damaged || incomplete ||
+            std::any_of(state.findings.begin(), state.findings.end(),
+                        [](const auto& it) { return it.is_damage; });
   return damaged ? kFoundDamage : 0;
 }
 

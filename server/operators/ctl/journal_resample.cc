@@ -20,6 +20,7 @@
 #include "server/formats/maps/resample.h"
 #include "server/operators/ctl/journal_commands.h"
 #include "server/operators/ctl/server_call.h"
+#include "server/store/journal/membership.h"
 #include "server/store/journal/posix_folder.h"
 #include "server/store/journal/recovery.h"
 #include "server/store/journal/snapshot.h"
@@ -154,6 +155,12 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
   const auto old = PosixFolder::Open(folder, PosixFolder::Mode::kOwner);
   if (!old.ok()) {
     return Fail(kFailed, old.error());
+  }
+  const auto membership = journal::ReadMembership(*old.value());
+  if (!membership.ok() || membership.value()) {
+    return Fail(kFailed, membership.ErrorOr(
+                             folder + ": belongs to a cluster, whose servers have one map; see "
+                                      "pheromonectl(1), cluster leave"));
   }
   const Result<journal::Recovered> recovered = journal::Recover(*old.value());
   if (!recovered.ok() || recovered.value().lost || recovered.value().differs ||

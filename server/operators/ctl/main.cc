@@ -1,5 +1,5 @@
 // pheromonectl: the operator's command line. Most commands send requests to a running server over
-// its Unix socket; `map`, `journal`, `net` and `config check` do not need a server.
+// its Unix socket; `map`, `journal`, `net`, `config check` and some of `cluster` need no server.
 //
 // Exit status: 0 success; 1 the server, a robot, a file or standard output refused; 2 an error in
 // the command line or a configuration; 3 no server; 4 a damaged journal.

@@ -7,6 +7,8 @@
 #include "server/store/journal/crc32c.h"
 #include "server/store/journal/durable_note.h"
 #include "server/store/journal/format.h"
+#include "server/store/journal/open.h"
+#include "server/store/journal/snapshot.h"
 #include "server/store/journal/testing/borders.h"
 #include "server/store/journal/testing/crash_folder.h"
 #include "server/store/journal/testing/life.h"
@@ -284,6 +286,110 @@ TEST(Recovery, AnEmptyFolderIsANewJournal) {
   ASSERT_TRUE(recovered.ok());
   EXPECT_FALSE(recovered.value().engine.configured());
   EXPECT_EQ(recovered.value().next_ordinal, 1u);
+}
+
+// A server of a cluster takes the state of another one, which is further: its own events end
+// before, or it has none.
+class JoinedTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    settings_.segment_bytes = 1 << 20;
+    Lives ahead(&others_, settings_, 7);
+    ASSERT_EQ(ahead.Begin(), "");
+    while (ahead.submitted() < 90) {
+      ahead.Submit();
+      ahead.Write();
+    }
+    state_hash_ = ahead.hashes().back();
+    name_ = SnapshotName(90);
+    ASSERT_TRUE(WriteSnapshot(ahead.engine(), {ahead.engine().field_time_ms(), 5}, &others_).ok());
+  }
+
+  Opened Open() {
+    auto opened = OpenJournal(
+        &folder_, settings_, [] { return uint64_t{1}; },
+        [](bool /*is_trouble*/, const std::string& /*text*/) {});
+    EXPECT_TRUE(opened.ok()) << opened.error();
+    return std::move(opened).value();
+  }
+
+  void LiveUntil(uint64_t sequence) {
+    Lives behind(&folder_, settings_, 7);
+    ASSERT_EQ(behind.Begin(), "");
+    while (behind.submitted() < sequence) {
+      behind.Submit();
+      behind.Write();
+    }
+    // A process that takes a state ends without a hash.
+    ASSERT_TRUE(behind.journal().Close(std::nullopt).ok());
+  }
+
+  void Join() {
+    auto file = folder_.Create(name_);
+    ASSERT_TRUE(file.ok());
+    ASSERT_TRUE(file.value()->Append(others_.Contents(name_)).ok());
+    ASSERT_TRUE(file.value()->Sync().ok());
+    ASSERT_TRUE(folder_.Sync().ok());
+  }
+
+  void ExpectJoined() {
+    for (int life = 0; life < 2; ++life) {
+      const Opened opened = Open();
+      EXPECT_EQ(opened.engine.sequence(), 90u);
+      EXPECT_EQ(opened.engine.StateHash(), state_hash_);
+      EXPECT_FALSE(opened.state_lost);
+      EXPECT_TRUE(opened.report.empty()) << opened.report.front();
+      EXPECT_EQ(opened.journal->DurableSequence(), 90u);
+      EXPECT_TRUE(opened.journal->Close(opened.engine.StateHash()).ok());
+    }
+  }
+
+  JournalSettings settings_ = SmallJournal();
+  CrashFolder others_{3};
+  CrashFolder folder_{5};
+  std::string name_;
+  uint64_t state_hash_ = 0;
+};
+
+TEST_F(JoinedTest, ASnapshotBeyondTheOwnEventsIsWhereAServerGoesOn) {
+  LiveUntil(40);
+  Join();
+  ExpectJoined();
+}
+
+TEST_F(JoinedTest, ASnapshotInANewFolderIsWhereAServerGoesOn) {
+  EXPECT_TRUE(Open().journal->Close(std::nullopt).ok());
+  Join();
+  ExpectJoined();
+}
+
+TEST_F(JoinedTest, ASnapshotAtTheOwnLastEventIsWhereAServerGoesOn) {
+  LiveUntil(90);
+  Join();
+  ExpectJoined();
+}
+
+// Then the server has less than before, says so, and asks the cluster for what is missing.
+TEST_F(JoinedTest, WithoutThatSnapshotTheOwnEventsAreFoundAndTheLossIsTold) {
+  LiveUntil(40);
+  Join();
+  ExpectJoined();
+  folder_.Contents(name_)[100] ^= 1;
+  const Opened opened = Open();
+  EXPECT_EQ(opened.engine.sequence(), 40u);
+  EXPECT_TRUE(opened.state_lost);
+}
+
+// A relaxed journal cannot tell that it ended in order, since its last mark is before the snapshot.
+TEST_F(JoinedTest, ARelaxedJournalGoesOnFromThereToo) {
+  settings_.relaxed = true;
+  LiveUntil(40);
+  Join();
+  const Opened opened = Open();
+  EXPECT_EQ(opened.engine.StateHash(), state_hash_);
+  EXPECT_TRUE(opened.state_lost);
+  EXPECT_TRUE(opened.journal->Close(opened.engine.StateHash()).ok());
+  ExpectJoined();
 }
 
 // The power goes at any time. proto_tests/crash does this a thousand times, and with mutants.

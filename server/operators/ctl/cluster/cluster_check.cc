@@ -99,6 +99,10 @@ void CheckMembership(const json::value& status, Findings* findings) {
   const std::string warning = TextAt(status, "warning");
   if (!trouble.empty()) {
     findings->Fault(kServerOfCluster, node, trouble, "See the members of etcd, below.");
+  } else if (const std::string gap = TextAt(cluster, "gap"); !gap.empty()) {
+    const std::string transfer = TextAt(cluster, "transfer");
+    findings->Fault(kServerOfCluster, node, gap,
+                    transfer.empty() ? "See pheromoned(8), CLUSTER." : "It " + transfer + ".");
   } else if (TextAt(cluster, "leader").empty()) {
     findings->Fault(kServerOfCluster, node, "no server leads: changes are refused",
                     "Most members of etcd have to run, and one server that has all changes.");

@@ -259,7 +259,7 @@ std::string Instructions(const ClusterPlan& plan, const ClusterMachine& machine)
         "     sudo pheromonectl cluster check\n\n"
         "This folder has the cluster's secret: delete it when all machines have theirs.\n\n"
         "In place of a machine that was lost, do not start yet: its etcd has to join as a new\n"
-        "member, and its server needs a copy of another server's journal. Backup and restore, in\n"
+        "member. Then its server takes the map from another one. Backup and restore, in\n"
         "/usr/share/doc/pheromone/CLUSTER.md, has the commands.\n";
   } else {
     text += fmt::format(

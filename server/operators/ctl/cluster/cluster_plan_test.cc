@@ -111,7 +111,8 @@ TEST(ClusterPlan, InstructionsNameEveryFileOfTheFolder) {
 }
 
 TEST(ClusterPlan, InstructionsTellOfAMachineInPlaceOfALostOne) {
-  EXPECT_THAT(Made(Lab(), 0)["README.txt"].text, HasSubstr("a copy of another server's journal"));
+  EXPECT_THAT(Made(Lab(), 0)["README.txt"].text,
+              HasSubstr("Then its server takes the map from another one"));
   const std::string text = Made(Lab(), 2)["README.txt"].text;
   EXPECT_THAT(text, HasSubstr("join as a new\nmember"));
   EXPECT_THAT(text, HasSubstr("CLUSTER.md on a, b, has"));

@@ -102,6 +102,8 @@ void AddCluster(const control::ClusterView& cluster, Text* text) {
   text->Counter("cluster_fenced_total", "Appends that were refused, since another server led.",
                 cluster.fenced);
   text->Counter("cluster_forwarded_total", "Messages passed to the leader.", cluster.forwarded);
+  text->Counter("cluster_divergences_total", "States of servers that were not the leader's.",
+                cluster.divergences);
   text->Family("cluster_peer_up", "gauge", "1: there is a connection to this server.");
   for (const control::ClusterView::Peer& peer : cluster.peers) {
     text->Sample({{"peer", peer.node}}, peer.up ? 1 : 0);
