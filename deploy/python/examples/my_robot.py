@@ -23,7 +23,7 @@ class MyRobot:
 
     def pose(self) -> tuple[float, float, float]:
         now = time.monotonic()
-        elapsed, self.at = now - self.at, now
+        elapsed, self.at = min(now - self.at, 0.5), now  # motors without a command soon stop
         ahead = (self.left + self.right) / 2 * elapsed
         self.heading += (self.right - self.left) / TRACK_M * elapsed
         self.x += ahead * math.cos(self.heading)
