@@ -81,6 +81,10 @@ class Faults:
     def kill_all(self, s, _):
         self._kill(s, *self.scene.servers.values(), *self.scene.etcds.values())
 
+    def lose_disk(self, s, _):
+        """Always the same one: what the other has is all that was ever acknowledged."""
+        self.scene.lose_disk(SERVERS[1], time.monotonic() + s)
+
     def stop_leader(self, s, _):
         self.scene.servers[self._leader()].stop(time.monotonic() + s)
 
@@ -261,15 +265,17 @@ def judge(run, folder, is_complete, logs, others=()):
     history = histories.read(run.history)
     hashed = {sequence for _, sequence, _ in scene.statuses}
     journals = {it: histories.Journal(program, folder / it / "state", hashed) for it in SERVERS}
+    journals |= {f"{it.parent.name}, whose disk was lost ({it.name})": histories.Journal(program, it, hashed)
+                 for it in folder.glob("*/lost-*")}
     wrong = [] if is_complete else ["the servers did not come to the same state"]
     for it, journal in journals.items():
         wrong += histories.check_journal(it, journal)
     wrong += histories.check_equal(journals)
-    longest = max(journals.values(), key=lambda it: len(it.lines))
-    wrong += histories.check_groups(earlier, groups, longest)
-    wrong += histories.check_robots(history, longest, others)
-    wrong += histories.check_operators(scene.edits, longest)
-    wrong += histories.check_hashes(scene.statuses, groups, longest)
+    whole = histories.join(journals.values())
+    wrong += histories.check_groups(earlier, groups, whole)
+    wrong += histories.check_robots(history, whole, others)
+    wrong += histories.check_operators(scene.edits, whole)
+    wrong += histories.check_hashes(scene.statuses, groups, whole)
     for it in SERVERS:  # in order, deposed, or at a second signal at once
         wrong += [f"{scene.servers[it].name} ended with status {status}"
                   for status in scene.servers[it].endings if status not in (0, 1, 143)]
@@ -279,7 +285,7 @@ def judge(run, folder, is_complete, logs, others=()):
     delays = [it[-1] for it in found]
     late = sum(it > HALT_S for it in delays)
     times = sorted(it for _, it in answered)
-    print(f"{len(run.made)} faults; {len(longest.lines)} events; {len(answered)} changes of robots "
+    print(f"{len(run.made)} faults; {len(whole.lines)} events; {len(answered)} changes of robots "
           f"acknowledged, {sum(status == 200 for *_, status in scene.edits)} of {len(scene.edits)} edits; "
           f"{len(hashed)} hashes told; {len({term for *_, term in groups})} terms in the "
           f"log; servers ended by themselves "

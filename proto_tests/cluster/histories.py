@@ -11,15 +11,12 @@ import json
 import subprocess
 
 
-class Journal:
-    """The events of one, applied again."""
+class Events:
+    """What replayed_journal prints."""
 
-    def __init__(self, program, folder, hashed):
-        made = subprocess.run([program, folder, *map(str, sorted(hashed))], capture_output=True,
-                              text=True, check=False)
-        self.error = made.stderr.strip() if made.returncode else ""
-        self.lines = made.stdout.splitlines()
-        self.events = [line.split("\t") for line in self.lines]
+    def __init__(self, lines):
+        self.lines = lines
+        self.events = [line.split("\t") for line in lines]
 
     def requests(self):
         """(sequence, link:id, body, answers) of each."""
@@ -29,6 +26,22 @@ class Journal:
 
     def hashes(self):
         return {int(it[0]): it[3] for it in self.events if it[3] != "-"}
+
+
+class Journal(Events):
+    """The events of one, applied again: from the first on, or from a state that another server gave."""
+
+    def __init__(self, program, folder, hashed):
+        made = subprocess.run([program, folder, *map(str, sorted(hashed))], capture_output=True,
+                              text=True, check=False)
+        self.error = made.stderr.strip() if made.returncode else ""
+        super().__init__(made.stdout.splitlines())
+
+
+def join(journals):
+    """All events of all of them, in order."""
+    lines = {int(it[0]): line for journal in journals for it, line in zip(journal.events, journal.lines)}
+    return Events([lines[it] for it in sorted(lines)])
 
 
 MUTATING = (0x2, 0x3, 0x6)
@@ -56,11 +69,13 @@ def check_journal(name, journal):
 
 def check_equal(journals):
     """One may have a few events more: it is the last thing that servers do."""
-    (first, a), (second, b) = journals.items()
-    for i, (here, there) in enumerate(zip(a.lines, b.lines), 1):
-        if here != there:
-            yield f"event {i} differs: {first} has {here!r}, {second} has {there!r}"
-            return
+    found = {}
+    for name, journal in journals.items():
+        for it, line in zip(journal.events, journal.lines):
+            other, there = found.setdefault(it[0], (name, line))
+            if line != there:
+                yield f"event {it[0]} differs: {other} has {there!r}, {name} has {line!r}"
+                break
 
 
 def log_end(groups):
@@ -78,6 +93,9 @@ def check_groups(earlier, groups, journal):
         if term < before:
             yield f"the group at {first} has term {term}, after {before}"
         end, before = first + count, term
+    sequences = [int(it[0]) for it in journal.events]
+    if sequences != list(range(1, len(sequences) + 1)):
+        yield "the journals together do not have all events from the first on"
     if not log_end(earlier) <= len(journal.lines) + 1 <= log_end(groups):
         yield (f"the log ended before event {log_end(earlier)} and then {log_end(groups)}, the journals "
                f"after {len(journal.lines)}")

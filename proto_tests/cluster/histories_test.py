@@ -89,6 +89,16 @@ class HistoriesTest(unittest.TestCase):
         other = (*SOUND[:2], line(3, 20, "edit\t1000\t2001"), SOUND[3])
         self.finds(list(histories.check_equal({"a": Stub(*SOUND), "b": Stub(*other)})), "event 3 differs")
 
+    def test_a_journal_that_begins_with_a_state_and_one_that_lacks_what_no_other_has(self):
+        late = Stub(*SOUND[2:])
+        self.assertEqual(list(histories.check_equal({"a": Stub(*SOUND), "b": late})), [])
+        self.finds(list(histories.check_equal({"a": Stub(*SOUND[:3], line(4, 30, "other")), "b": late})),
+                   "event 4 differs")
+        whole = histories.join([Stub(*SOUND[:3]), late])
+        self.assertEqual(whole.lines, list(SOUND))
+        self.finds(list(histories.check_groups(GROUPS[:1], GROUPS, histories.join([Stub(*SOUND[:1]), late]))),
+                   "do not have all events")
+
     def test_edits_that_are_lost_doubled_or_nobodys(self):
         journal = Stub(*SOUND, line(5, 30, "edit\t1000\t2000"))
         self.finds(list(histories.check_operators([(*EDIT, 0)], journal)), "made 2 times")

@@ -1,5 +1,6 @@
 // Applies the events of a journal again and prints what became of each, for checkers that compare
-// it with what robots and servers have seen.
+// it with what robots and servers have seen. Where events are missing, and a snapshot has what they
+// made, it goes on from that.
 //
 //   replayed_journal FOLDER [SEQUENCE...] > events
 //
@@ -24,6 +25,7 @@
 #include "server/core/engine/event_codec.h"
 #include "server/store/journal/event_reader.h"
 #include "server/store/journal/posix_folder.h"
+#include "server/store/journal/snapshot.h"
 
 namespace {
 
@@ -40,11 +42,20 @@ std::string Hex(const pheromone::protocol::Message& message) {
 
 class Printer {
  public:
-  explicit Printer(std::set<uint64_t> hashed) : hashed_(std::move(hashed)) {}
+  Printer(const journal::Folder& folder, std::set<uint64_t> hashed)
+      : folder_(folder), hashed_(std::move(hashed)) {}
 
   void Take(const journal::Record& record) {
     if (!wrong_.empty()) {
       return;
+    }
+    if (record.sequence > engine_.sequence() + 1) {
+      uint64_t byte = 0;
+      auto snapshot =
+          journal::ReadSnapshot(folder_, journal::SnapshotName(record.sequence - 1), &byte);
+      if (snapshot.ok()) {
+        engine_ = std::move(snapshot.value().engine);
+      }
     }
     pheromone::ByteReader bytes(record.event);
     engine::Event event = engine::DecodeEvent(&bytes);
@@ -80,6 +91,7 @@ class Printer {
   const std::string& wrong() const { return wrong_; }
 
  private:
+  const journal::Folder& folder_;
   const std::set<uint64_t> hashed_;
   engine::Engine engine_;
   std::string wrong_;
@@ -101,7 +113,7 @@ int main(int argc, char** argv) {
     std::cerr << folder.error() << '\n';
     return 1;
   }
-  Printer printer(std::move(hashed));
+  Printer printer(*folder.value(), std::move(hashed));
   const auto walked = journal::WalkEvents(
       *folder.value(), [&](const journal::Record& record) { printer.Take(record); });
   const std::string wrong = !walked.ok()                        ? walked.error()

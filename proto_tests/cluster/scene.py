@@ -182,6 +182,14 @@ class Scene:
             + cluster_table(node, self.engine[node],
                             {it: f"{self.network.address(it)}:{PEERS}" for it in SERVERS}))
 
+    def lose_disk(self, node, until):
+        """The server is killed, and begins again without its journal, which is kept for the judge."""
+        here, server = self.folder / node, self.servers[node]
+        with server.lock:
+            server.kill(until)
+            if (here / "state").exists():
+                (here / "state").rename(here / f"lost-{len(list(here.glob('lost-*')))}")
+
     def begin(self, run):
         """In a thread, until `ending` is set."""
         self.threads.append(threading.Thread(target=run, daemon=True))
