@@ -276,9 +276,10 @@ def judge(run, folder, is_complete, logs, others=()):
     wrong += histories.check_robots(history, whole, others)
     wrong += histories.check_operators(scene.edits, whole)
     wrong += histories.check_hashes(scene.statuses, groups, whole)
-    for it in SERVERS:  # in order, deposed, or at a second signal at once
+    # In order, deposed, at a second signal at once, or by a signal before it takes any.
+    for it in SERVERS:
         wrong += [f"{scene.servers[it].name} ended with status {status}"
-                  for status in scene.servers[it].endings if status not in (0, 1, 143)]
+                  for status in scene.servers[it].endings if status not in (0, 1, 143, -signal.SIGTERM)]
     answered = histories.latencies(history)
     wrong += run.wrong
     found = run.halts.delays
