@@ -20,7 +20,8 @@ namespace {
 namespace asio = boost::asio;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kAfterError{100};  // before a follower reads again
+constexpr milliseconds kAfterError{100};         // before a follower reads again
+constexpr uint32_t kBetweenCompactions = 4'096;  // changes of registers
 
 }  // namespace
 
@@ -55,6 +56,8 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
   asio::awaitable<Appended> Append(Group group);
   asio::awaitable<Status> Trim(Sequence floor);
   asio::awaitable<Status> Transfer();
+  asio::awaitable<Result<Register>> ReadRegister(std::string name);
+  asio::awaitable<Result<Register>> SetRegister(std::string name, uint64_t seen, std::string value);
   asio::awaitable<Status> Follow(uint64_t followed, Sequence from,
                                  std::function<void(const Result<Page>&)> news);
 
@@ -69,6 +72,7 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
                                                  const std::string& group_value);
   asio::awaitable<Result<EtcdReader::News>> Read(EtcdReader* reader, size_t* member);
   asio::awaitable<Status> ReadPieces(StoredGroup* stored);
+  asio::awaitable<Status> Compact(Revision revision);
   asio::awaitable<Status> Watch(EtcdReader* reader, size_t member, Revision revision,
                                 uint64_t followed, const News& news);
   asio::awaitable<Status> Publish(EtcdReader* reader, EtcdReader::News* found, uint64_t followed,
@@ -84,9 +88,11 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
   const EtcdSettings settings_;
   const EtcdKeys keys_;
   const std::shared_ptr<EtcdClient> client_;
-  uint64_t followed_ = 0;    // calls of Follow
-  Revision trimmed_at_ = 0;  // by the last Trim
-  std::string id_;           // of the cluster, when the lead was taken
+  uint64_t followed_ = 0;     // calls of Follow
+  Revision trimmed_at_ = 0;   // by the last Trim
+  Revision compacts_at_ = 0;  // what is older is no longer needed
+  uint32_t changes_ = 0;      // of registers
+  std::string id_;            // of the cluster, when the lead was taken
 };
 
 asio::awaitable<Result<Leader>> EtcdLog::Impl::TakeLead(Term seen, std::string node) {
@@ -206,9 +212,13 @@ asio::awaitable<Status> EtcdLog::Impl::Trim(Sequence floor) {
   if (before == 0) {
     co_return Ok();
   }
-  const std::string compaction_path = kCompactionPath;
-  const std::string compaction = CompactionRequest(before);
-  const Result<EtcdAnswer> compacted = co_await client_->Call(compaction_path, compaction);
+  co_return co_await Compact(before);
+}
+
+asio::awaitable<Status> EtcdLog::Impl::Compact(Revision revision) {
+  const std::string path = kCompactionPath;
+  const std::string body = CompactionRequest(revision);
+  const Result<EtcdAnswer> compacted = co_await client_->Call(path, body);
   // Another node may have compacted more.
   if (!compacted.ok() && compacted.error().find("has been compacted") == std::string::npos) {
     co_return compacted.error();
@@ -249,6 +259,50 @@ asio::awaitable<Status> EtcdLog::Impl::Transfer() {
     }
   }
   co_return client_->ErrorAt(0, "follows a member that does not respond, or is not in the list");
+}
+
+asio::awaitable<Result<Register>> EtcdLog::Impl::ReadRegister(std::string name) {
+  TxnRequest request;
+  request.success.Read(keys_.Owner(name));
+  const std::string path = kTxnPath;
+  const std::string body = request.Text();
+  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
+  if (!answer.ok()) {
+    co_return answer.error();
+  }
+  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 1, 0);
+  if (!txn.ok()) {
+    co_return Unusable(answer.value().member, txn.error());
+  }
+  const std::vector<Entry>& entries = txn.value().parts[0].entries;
+  co_return entries.empty() ? Register{} : Register{entries[0].revision, entries[0].value};
+}
+
+asio::awaitable<Result<Register>> EtcdLog::Impl::SetRegister(std::string name, uint64_t seen,
+                                                             std::string value) {
+  const std::string key = keys_.Owner(name);
+  TxnRequest request;
+  request.IfChangedAt(key, seen);
+  request.success.Put(key, value);
+  request.success.Read(key);
+  request.failure.Read(key);
+  const std::string path = kTxnPath;
+  const std::string body = request.Text();
+  const Result<EtcdAnswer> answer = co_await client_->Call(path, body);
+  if (!answer.ok()) {
+    co_return answer.error();
+  }
+  const Result<TxnAnswer> txn = ParseTxn(answer.value().text, 2, 1);
+  if (!txn.ok()) {
+    co_return Unusable(answer.value().member, txn.error());
+  }
+  if (txn.value().succeeded && ++changes_ % kBetweenCompactions == 0) {
+    if (const Revision before = std::exchange(compacts_at_, txn.value().revision); before != 0) {
+      Run([this, before] { return Compact(before); }, [](const Status& /*compacted*/) {});
+    }
+  }
+  const std::vector<Entry>& entries = txn.value().parts.back().entries;
+  co_return entries.empty() ? Register{} : Register{entries[0].revision, entries[0].value};
 }
 
 asio::awaitable<Result<EtcdReader::News>> EtcdLog::Impl::Read(EtcdReader* reader, size_t* member) {
@@ -401,6 +455,18 @@ void EtcdLog::Trim(Sequence floor, std::function<void(const Status&)> done) {
 
 void EtcdLog::Transfer(std::function<void(const Status&)> done) {
   impl_->Run([impl = impl_.get()] { return impl->Transfer(); }, std::move(done));
+}
+
+void EtcdLog::ReadRegister(const std::string& name,
+                           std::function<void(const Result<Register>&)> done) {
+  impl_->Run([impl = impl_.get(), name] { return impl->ReadRegister(name); }, std::move(done));
+}
+
+void EtcdLog::SetRegister(const std::string& name, uint64_t seen, const std::string& value,
+                          std::function<void(const Result<Register>&)> done) {
+  impl_->Run(
+      [impl = impl_.get(), name, seen, value] { return impl->SetRegister(name, seen, value); },
+      std::move(done));
 }
 
 void EtcdLog::Stop() {

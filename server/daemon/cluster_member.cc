@@ -84,6 +84,11 @@ cluster::EtcdSettings EtcdSettingsOf(const config::ClusterSettings& settings) {
 
 }  // namespace
 
+std::unique_ptr<cluster::ReplicatedLog> MakeReplicatedLog(
+    const boost::asio::any_io_executor& executor, const config::ClusterSettings& settings) {
+  return std::make_unique<cluster::EtcdLog>(executor, EtcdSettingsOf(settings));
+}
+
 ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash,
                              engine::OrderedLog* local, uint64_t last)
     : settings_(settings),
@@ -122,7 +127,7 @@ ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t l
                 spdlog::warn("cluster: the connection to {} ended: {}", node, why);
                 cluster_->OnDown(node);
               }});
-  replicated_ = std::make_unique<cluster::EtcdLog>(io_.get_executor(), EtcdSettingsOf(settings_));
+  replicated_ = MakeReplicatedLog(io_.get_executor(), settings_);
 }
 
 ClusterMember::~ClusterMember() {

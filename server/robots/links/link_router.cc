@@ -15,6 +15,23 @@ void LinkRouter::Handle(engine::LinkIndex from, std::span<const protocol::Messag
   latency_.Count(static_cast<uint64_t>(elapsed.count()));
 }
 
+std::vector<radio::RoundMember> LinkRouter::MembersOfRounds(engine::LinkIndex link) const {
+  constexpr uint64_t kPresentMs = 30'000;
+  return service_->InspectTraffic(
+      [&](const engine::Engine& engine, const engine::Traffic& traffic) {
+        std::vector<radio::RoundMember> members;
+        const uint64_t now_ms = service_->FieldTimeInside();
+        traffic.ForEachOf(link, [&](uint8_t id, const engine::RobotTraffic& heard) {
+          const engine::RobotState* const robot = engine.robots().Find(link, id);
+          if (engine.SaidHello(link, id) && robot->hello.round_period != 0 &&
+              heard.last_ms + kPresentMs > now_ms) {
+            members.push_back({id, robot->hello.round_period});
+          }
+        });
+        return members;
+      });
+}
+
 void LinkRouter::Deliver(std::span<const engine::Outgoing> outgoing) {
   std::vector<std::vector<engine::Outgoing>> by_link(links_.size());
   for (const engine::Outgoing& it : outgoing) {

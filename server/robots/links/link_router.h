@@ -11,6 +11,7 @@
 #include "server/core/engine/service/latency.h"
 #include "server/core/engine/service/service.h"
 #include "server/robots/links/link.h"
+#include "server/robots/radio/channel_options.h"
 
 namespace pheromone::links {
 
@@ -31,6 +32,10 @@ class LinkRouter {
   /// Sends each message on its link. The messages of one link are passed together and in order.
   /// Answers to forwarded requests are left to the server that has forwarded them.
   void Deliver(std::span<const engine::Outgoing> outgoing);
+
+  /// The robots of a link that take part in rounds, as the log knows them, and that any server has
+  /// heard in the last half minute.
+  std::vector<radio::RoundMember> MembersOfRounds(engine::LinkIndex link) const;
 
   /// The latency of batches: waiting for the engine plus processing.
   engine::LatencyCounts latency() const { return latency_.counts(); }
