@@ -81,7 +81,8 @@ uint64_t LinkOwners::DueAt(const Link& link) const {
              link.settings.lease_ms / kRenewals;
     due_ms = link.until_ms == 0 ? 0 : due_ms;
   } else if (link.is_known && IsOwn(link)) {
-    due_ms = link.ended_ms == kNever ? 0 : link.ended_ms + link.settings.longest_ms;
+    // Later than in the Next that ended it: only then is it known what was begun.
+    due_ms = link.ended_ms == kNever ? 0 : std::max(link.ended_ms + 1, link.in_use_until_ms);
   } else if (link.is_known) {
     due_ms = MaySend(link) ? std::min(read_ms, ClaimAt(link)) : read_ms;
   }

@@ -3,6 +3,7 @@
 //
 //   LinkOwners owners("a", instance, {{.name = "radio-a", .rank = 0}});
 //   owners.SetUsable(0, true);                       // its port is open
+//   owners.SetInUse(0, in_use_until_ms);             // what was begun is on the air until then
 //   for (const LinkOwners::Request& it : owners.Next(now_ms)) ...   // read or set the register
 //   owners.OnRegister(it.link, register, now_ms);    // the answer to it
 //   ... again at owners.Deadline()
@@ -21,6 +22,8 @@
 //     the clocks by its own clock. It saw R after R was asked for: so the lease of R is over.
 //  3. Its write is compared with R. If R was renewed meanwhile, it fails; if not, there is no lease
 //     later than that of R.
+//  4. Who frees it, because its port fails or it ends, first has no permit any more, then learns
+//     what was begun before (SetInUse), and writes that it is free when that is over.
 // The clocks are never compared, only their rates, which drift by less than 2 %. They are
 // CLOCK_BOOTTIME, which goes on while a machine is suspended. A process that was stopped finds its
 // lease over, since the sender asks the clock directly before each write (links::SendPermit), and
@@ -55,7 +58,6 @@ struct SharedLink {
   std::string name;
   uint32_t rank = 0;  ///< of this server among those that have it
   uint64_t lease_ms = kLinkLeaseMs;
-  uint64_t longest_ms = 500;  ///< what was begun is sent by then, before it is freed
 };
 
 /// A register's value: "NODE PROCESS CHANGE LEASE", the numbers decimal.
@@ -90,6 +92,9 @@ class LinkOwners {
 
   /// Whether this server could send; false at first.
   void SetUsable(size_t link, bool is_usable) { links_[link].is_usable = is_usable; }
+  /// Until when what was begun is on the air, as known after the last until_ms was passed on to who
+  /// sends: the link is not freed before. To be said before each Next.
+  void SetInUse(size_t link, uint64_t until_ms) { links_[link].in_use_until_ms = until_ms; }
   /// Frees what it has, and takes nothing any more.
   void Release() { is_releasing_ = true; }
   /// Whether it has, or may have, any.
@@ -111,7 +116,8 @@ class LinkOwners {
     LinkLease lease;             // what that says
     uint64_t seen_ms = 0;        // when this revision was seen first
     uint64_t until_ms = 0;       // of the own lease
-    uint64_t ended_ms = kNever;  // since when it does not send any more
+    uint64_t ended_ms = kNever;  // since when it begins nothing any more
+    uint64_t in_use_until_ms = 0;
     bool is_asked = false;
     LinkLease asked;        // lease_ms and change are 0: it reads
     bool sets = false;      // the request

@@ -59,6 +59,7 @@ void LinkLeases::Continue() {
   const uint64_t now_ms = LeaseNowMs();
   for (size_t i = 0; i < links_.size(); ++i) {
     owners_.SetUsable(i, links_[i].link->state().up);
+    owners_.SetInUse(i, links_[i].permit->in_use_until_ms());
   }
   for (const cluster::LinkOwners::Request& it : owners_.Next(now_ms)) {
     const auto done = [this, link = it.link](const Result<cluster::Register>& answer) {

@@ -36,7 +36,8 @@ size_t CountPorts(const std::vector<links::LinkConfig>& links) {
 // A port that several servers have, this one among them.
 std::optional<cluster::SharedLink> SharedLinkOf(const links::LinkConfig& link,
                                                 const std::string& node) {
-  constexpr uint64_t kMaxBytes = 512;  // of a transmission
+  // What does not fit into the rest of a lease is not sent. Most transmissions are far shorter.
+  constexpr uint64_t kLongBytes = 512;
   const auto own = std::find(link.on.begin(), link.on.end(), node);
   if (link.on.size() < 2 || own == link.on.end()) {
     return std::nullopt;
@@ -44,11 +45,8 @@ std::optional<cluster::SharedLink> SharedLinkOf(const links::LinkConfig& link,
   cluster::SharedLink shared;
   shared.name = link.name;
   shared.rank = static_cast<uint32_t>(own - link.on.begin());
-  if (link.medium_access) {
-    shared.longest_ms = kMaxBytes * 10'000 / link.baud + 1;
-    shared.lease_ms =
-        std::clamp(2 * shared.longest_ms, cluster::kLinkLeaseMs, cluster::kMaxLinkLeaseMs);
-  }
+  shared.lease_ms = std::clamp(2 * kLongBytes * 10'000 / link.baud, cluster::kLinkLeaseMs,
+                               cluster::kMaxLinkLeaseMs);
   return shared;
 }
 

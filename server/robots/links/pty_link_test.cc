@@ -87,6 +87,35 @@ TEST_F(PtyLinkTest, AStandbyIsSilentUntilItMaySendAndAgainWhenItsTimeIsOver) {
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 5)), 3, 5));
 }
 
+TEST_F(PtyLinkTest, WhatWouldBeOnTheAirBeyondThePermitIsNotBegun) {
+  permit_now_ms = 1'000;
+  SendPermit permit([] { return permit_now_ms.load(); });
+  LinkContext context = server_.Context(0);
+  context.permit = &permit;
+  const LinkConfig config{.name = "radio-a",
+                          .path = path_,
+                          .medium_access = true,
+                          .turnaround_ms = 2,
+                          .server_delay_ms = 200,
+                          .response_window_ms = 250};
+  ASSERT_TRUE(server_.Start(MakePtyLink(server_.io(), config, std::move(context))).ok());
+  Peer robot(path_);
+  protocol::Ping longer;
+  longer.id = 3;
+  longer.length = 20;
+  const protocol::Message longer_ping = engine::testing::MessageOf(longer);
+  // 20 ms for drivers, 4 ms to turn round, and a little more than a millisecond for each byte.
+  const uint64_t shorter_ms = 24 + 2 * Wire(PingOf(3, 1)).size();
+  ASSERT_GT(24 + Wire(longer_ping).size(), shorter_ms);
+  permit.Set(1'000 + shorter_ms, "a");
+  std::optional<protocol::Message> echo;
+  for (int i = 0; !echo && i < 20; ++i) {  // a busy machine may answer too late
+    EXPECT_TRUE(robot.Send(longer_ping) && robot.Send(PingOf(3, 2)));
+    echo = robot.Receive(milliseconds(500));
+  }
+  EXPECT_TRUE(IsEcho(echo, 3, 2));
+}
+
 TEST_F(PtyLinkTest, TheServersGroupMayUseItAndNobodyElse) {
   ASSERT_TRUE(Start().ok());
   struct stat terminal {};

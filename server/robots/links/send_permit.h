@@ -4,15 +4,21 @@
 //   SendPermit permit;
 //   permit.OnChange([&] { ... });              // post, and do not call back
 //   permit.Set(until_ms, "a");                 // by who knows (server/cluster/link_owners.h)
-//   if (permit.Allows(duration)) write(...);   // what is on the air for so long
+//   if (permit.Claim(duration)) write(...);    // what is on the air for so long
 //
-// The time is CLOCK_BOOTTIME, which is read in Allows: a process that was stopped, or whose machine
-// was suspended, finds its permit over, whoever has noticed. All functions but OnChange are
-// thread-safe.
+// The time is CLOCK_BOOTTIME, which is read in Allows and Claim: a process that was stopped, or
+// whose machine was suspended, finds its permit over, whoever has noticed.
+//
+// The margin: what is claimed lasts from the keying of the transmitter to the end of its tail, as
+// if all of it were still to be written, and kDriverDelay more: for the time between the clock and
+// the driver, and between the driver and the UART. It ends before the permit, or is not begun.
+//
+// All functions but OnChange are thread-safe; one thread at a time claims.
 #pragma once
 
 #include <time.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -37,12 +43,23 @@ class SendPermit {
            static_cast<uint64_t>(now.tv_nsec) / 1'000'000;
   }
 
-  /// Whether something may be sent now that is on the air for `lasting`, drivers' delays apart.
+  /// Whether something may be sent now that is on the air for `lasting`.
   bool Allows(std::chrono::nanoseconds lasting = std::chrono::nanoseconds(0)) const {
-    constexpr std::chrono::milliseconds kDriverDelay{20};
-    const auto needed = std::chrono::ceil<std::chrono::milliseconds>(lasting) + kDriverDelay;
-    return now_ms_() + static_cast<uint64_t>(needed.count()) <= until_ms_;
+    return EndOf(lasting) <= until_ms_;
   }
+
+  /// The same, directly before sending it.
+  bool Claim(std::chrono::nanoseconds lasting) {
+    const uint64_t end_ms = EndOf(lasting);
+    if (end_ms > until_ms_) {
+      return false;
+    }
+    in_use_until_ms_ = std::max(in_use_until_ms_.load(), end_ms);
+    return end_ms <= until_ms_;
+  }
+  /// When all that was claimed is over. Who has set the permit to 0 and asks then misses nothing:
+  /// Claim looks at the permit again when it has noted it.
+  uint64_t in_use_until_ms() const { return in_use_until_ms_; }
 
   /// `owner`: the node that has it, as far as is known; for status.
   void Set(uint64_t until_ms, const std::string& owner) {
@@ -68,8 +85,16 @@ class SendPermit {
   void OnChange(std::function<void()> call) { on_change_ = std::move(call); }
 
  private:
+  static constexpr std::chrono::milliseconds kDriverDelay{20};
+
+  uint64_t EndOf(std::chrono::nanoseconds lasting) const {
+    const auto needed = std::chrono::ceil<std::chrono::milliseconds>(lasting) + kDriverDelay;
+    return now_ms_() + static_cast<uint64_t>(needed.count());
+  }
+
   const Now now_ms_;
   std::atomic<uint64_t> until_ms_{0};
+  std::atomic<uint64_t> in_use_until_ms_{0};
   std::function<void()> on_change_;
   mutable std::mutex mutex_;
   bool allowed_ = false;

@@ -220,22 +220,28 @@ void Session::CountWhatHappened() {
   }
 }
 
-// Whether what needs so many bytes more on the air is over before the permit.
-bool Session::IsPermitted(size_t bytes) const {
-  const radio::Duration lasting = options_.channel.half_duplex
-                                      ? static_cast<int64_t>(bytes) * options_.channel.timing.byte +
-                                            options_.channel.timing.lead +
-                                            options_.channel.timing.turnaround
-                                      : radio::Duration(0);
-  return options_.permit == nullptr || options_.permit->Allows(lasting);
+// From the keying of the transmitter to the end of its tail, at most.
+radio::Duration Session::OnTheAir(size_t bytes) const {
+  const radio::Timing& timing = options_.channel.timing;
+  return std::max(timing.lead, timing.turnaround) + static_cast<int64_t>(bytes) * timing.byte +
+         std::max(timing.tail, timing.turnaround);
 }
 
-// Asks directly before each call of the driver. What is not permitted is not sent: a robot repeats
-// its request, and a ROUND that did not arrive is followed by another one.
+bool Session::IsPermitted(size_t bytes) const {
+  return options_.permit == nullptr || options_.permit->Allows(OnTheAir(bytes));
+}
+
+bool Session::Claim(size_t bytes) {
+  return options_.permit == nullptr || options_.permit->Claim(OnTheAir(bytes));
+}
+
+// Claims directly before each call of the driver; all of it, since the driver may still have what
+// it took before. What is not permitted is not sent: a robot repeats its request, and a ROUND that
+// did not arrive is followed by another one.
 asio::awaitable<error_code> Session::WritePermitted(std::span<const uint8_t> bytes, size_t* size) {
   error_code error;
   stream_.non_blocking(true, error);  // NOLINT(bugprone-unused-return-value)
-  while (!error && *size < bytes.size() && IsPermitted(bytes.size() - *size)) {
+  while (!error && *size < bytes.size() && Claim(bytes.size())) {
     *size += stream_.write_some(asio::buffer(bytes.data() + *size, bytes.size() - *size), error);
     if (error == asio::error::would_block) {
       error.clear();
@@ -292,6 +298,9 @@ asio::awaitable<std::string> Session::Write() {
       }
     }
     Clock::time_point begin = Clock::now();
+    if (keyed && !Claim(0)) {
+      continue;
+    }
     if (keyed) {
       co_await options_.port->Make([](Port& port) { port.Key(true); });
       begin = Clock::now();
@@ -319,7 +328,7 @@ asio::awaitable<std::string> Session::Write() {
 // not before the bytes have had their time either.
 asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   error_code error;
-  if (out.bytes.empty()) {
+  if (out.bytes.empty() || !Claim(out.bytes.size())) {
     co_return "";
   }
   if (tapped_.tap != nullptr) {

@@ -36,7 +36,7 @@ struct ConversationOptions {
   /// when the port is closed.
   PortCalls* port = nullptr;
   /// Asked before each write; null: there is no need to. Outlives the session.
-  const SendPermit* permit = nullptr;
+  SendPermit* permit = nullptr;
 };
 
 class Session {
@@ -87,6 +87,8 @@ class Session {
   boost::asio::awaitable<boost::system::error_code> WritePermitted(std::span<const uint8_t> bytes,
                                                                    size_t* size);
   bool IsPermitted(size_t bytes) const;
+  bool Claim(size_t bytes);
+  radio::Duration OnTheAir(size_t bytes) const;
   void MakeChannel();
   void TakeBytes(std::span<const uint8_t> bytes);
   void Queue(const protocol::Message& message, std::optional<radio::Time> asked_at);
