@@ -128,7 +128,9 @@ class PortLink final : public Link {
     ReportOpen();
   }
 
-  void TakeOver() { session_->TakeOver(context().router->MembersOfRounds(context().index)); }
+  void TakeOver() {
+    session_->TakeOver(context().router->MembersOfRounds(context().index, Clock::now()));
+  }
 
   Result<Descriptor> OpenAtFirst() {
     try {
