@@ -29,8 +29,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from asking_robot import check  # noqa: E402
 from cluster.machines import Machines  # noqa: E402
 from operated_daemon import await_that  # noqa: E402
-from stranger.wire import Decoder, parse  # noqa: E402
-from swarm_live_test import Swarm, all_of, end_processes  # noqa: E402
+from stranger.wire import NO_INTENSITIES, Decoder, parse  # noqa: E402
+from swarm_live_test import Swarm, check_files, end_processes  # noqa: E402
 from test_config import link, map_of, pheromone, table  # noqa: E402
 
 BYTE_S = 10 / 9600
@@ -50,6 +50,9 @@ class Air:
         self.modems = modems
         self.sent = []
         self.all_are_there = 0  # where in that
+        self.answered = {}  # when it was last, by robot
+        self.decoders = {node: Decoder() for node in modems}
+        self.turns = {node: [] for node in modems}  # of its last ROUND
         self.robots, self.end = pty.openpty()
         tty.setraw(self.end)
         path.symlink_to(os.ttyname(self.end))
@@ -76,6 +79,7 @@ class Air:
                     if data:
                         self.sent.append((node, time.monotonic(), data))
                         os.write(self.robots, data)
+                        self.note_answers(node, data)
                     else:
                         os.close(files.pop(node))
             if self.robots in ready:
@@ -85,6 +89,15 @@ class Air:
                         os.write(file, data)
                     except OSError:
                         pass
+
+    def note_answers(self, node, data):
+        for message in map(parse, self.decoders[node].feed(data)):
+            robots = [message.client_id] * (message.name in ("SENSE_ANSWER", "TRACE_ANSWER"))
+            if message.name == "ROUND":
+                robots = [robot for robot, (left, _) in zip(self.turns[node], message.fields["answers"])
+                          if left != NO_INTENSITIES]
+                self.turns[node] = message.fields["turns"]
+            self.answered.update(dict.fromkeys(robots, time.monotonic()))
 
     def close(self):
         self.ends = True
@@ -167,7 +180,7 @@ class Standby:
     one stands by."""
 
     def __init__(self, bin_dir, folder, robots):
-        self.folder = folder
+        self.folder, self.robots = folder, robots
         (folder / "scenario.toml").write_text(scenario(robots))
         config = MAP + "".join(link(name, "pty", path=f"{name}.pty", **RADIO) for name in CHANNELS)
         self.machines = Machines(bin_dir, folder, config=config)
@@ -194,9 +207,11 @@ class Standby:
         self.machines.close()
 
     def await_answers(self, what):
-        """Each line that the swarm prints tells of the second before; those of earlier are passed over."""
-        begin = time.monotonic()
-        self.swarm.read_until(lambda *counts: all_of(*counts) and time.monotonic() > begin + 1, what)
+        """Five times: then they drive."""
+        for _ in range(5):
+            begin = time.monotonic()
+            await_that(lambda: self.robots == sum(when > begin for air in self.airs
+                                                  for when in list(air.answered.values())), what)
 
     def settle(self):
         """On a busy machine, a server may end and is to be started again, as systemd does, and each
@@ -228,10 +243,10 @@ class Standby:
         killed = self.owner
         member = "ab".index(killed)
         with self.handed_over():
+            for name in CHANNELS:  # first: its terminal may be another program's as soon as it is gone
+                (self.machines.folders[killed] / f"{name}.pty").unlink()
             self.machines.kill(killed)
             self.machines.etcd.kill(member)
-            for name in CHANNELS:  # a terminal that it leads to may be another program's now
-                (self.machines.folders[killed] / f"{name}.pty").unlink()
         self.await_answers("every robot gets answers again")
         self.machines.etcd.start(member)
         await_that(self.settle, "who comes back stands by")
@@ -260,6 +275,7 @@ def main():
                 standby.kill_machine()
             standby.stop_server()
             standby.swarm.finish(stop=True)
+            check_files(standby.folder / "out", options.robots)
             print_stands(standby.folder / "out")
         finally:
             standby.close()
