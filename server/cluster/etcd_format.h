@@ -9,6 +9,8 @@
 //                           log, whatever its groups and terms look like
 //   floor                   FLOOR: groups that end before this sequence were removed. Absent: 1
 //   log/FIRST               a group of events; FIRST is the sequence of its first event
+//   owner/LINK              which server may send on a link (link_owners.h). The key's
+//                           mod_revision is the register's revision
 //   piece/FIRST/TERM/INDEX  a part of the records of a group that is too large for one request;
 //                           INDEX has 4 digits or more
 //
@@ -57,6 +59,7 @@ class EtcdKeys {
   std::string leader() const { return prefix_ + "leader"; }
   std::string id() const { return prefix_ + "id"; }
   std::string floor() const { return prefix_ + "floor"; }
+  std::string Owner(const std::string& link) const { return prefix_ + "owner/" + link; }
   std::string Log(Sequence first) const { return prefix_ + "log/" + HexText(first); }
   std::string Piece(const Group& group, uint32_t index) const;
   /// All pieces of earlier groups sort before it, and none of this and later groups does.
@@ -64,7 +67,7 @@ class EtcdKeys {
 
   /// After all groups.
   std::string log_end() const { return prefix_ + "log0"; }
-  /// What a follower needs to know is between these two; pieces are not.
+  /// What a follower needs to know is between these two; owners and pieces are not.
   std::string watch_begin() const { return prefix_ + "floor"; }
   std::string watch_end() const { return log_end(); }
 

@@ -21,7 +21,12 @@ namespace {
 namespace asio = boost::asio;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kAfterError{100};  // before a follower reads again
+constexpr milliseconds kAfterError{100};         // before a follower reads again
+constexpr uint32_t kBetweenCompactions = 4'096;  // changes of registers
+
+Register RegisterOf(const std::vector<Entry>& entries) {
+  return entries.empty() ? Register{} : Register{entries[0].revision, entries[0].value};
+}
 
 }  // namespace
 
@@ -56,6 +61,8 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
   asio::awaitable<Appended> Append(Group group);
   asio::awaitable<Status> Trim(Sequence floor);
   asio::awaitable<Status> Transfer();
+  asio::awaitable<Result<Register>> ReadRegister(std::string name);
+  asio::awaitable<Result<Register>> SetRegister(std::string name, uint64_t seen, std::string value);
   asio::awaitable<Status> Follow(uint64_t followed, Sequence from,
                                  std::function<void(const Result<Page>&)> news);
 
@@ -76,6 +83,7 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
                                                  const std::string& group_value);
   asio::awaitable<Result<EtcdReader::News>> Read(EtcdReader* reader, size_t* member);
   asio::awaitable<Status> ReadPieces(StoredGroup* stored);
+  asio::awaitable<Status> Compact(Revision revision);
   asio::awaitable<Status> Watch(EtcdReader* reader, size_t member, Revision revision,
                                 uint64_t followed, const News& news);
   asio::awaitable<Status> Publish(EtcdReader* reader, EtcdReader::News* found, uint64_t followed,
@@ -91,9 +99,11 @@ class EtcdLog::Impl : public std::enable_shared_from_this<EtcdLog::Impl> {
   const EtcdSettings settings_;
   const EtcdKeys keys_;
   const std::shared_ptr<EtcdClient> client_;
-  uint64_t followed_ = 0;    // calls of Follow
-  Revision trimmed_at_ = 0;  // by the last Trim
-  std::string id_;           // of the log, once it is known: another one is another log
+  uint64_t followed_ = 0;     // calls of Follow
+  Revision trimmed_at_ = 0;   // by the last Trim
+  Revision compacts_at_ = 0;  // what is older is no longer needed
+  uint32_t changes_ = 0;      // of registers
+  std::string id_;            // of the log, once it is known: another one is another log
 };
 
 asio::awaitable<Result<EtcdLog::Impl::Transacted>> EtcdLog::Impl::Transact(
@@ -217,9 +227,13 @@ asio::awaitable<Status> EtcdLog::Impl::Trim(Sequence floor) {
   if (before == 0) {
     co_return Ok();
   }
-  const std::string compaction_path = kCompactionPath;
-  const std::string compaction = CompactionRequest(before);
-  const Result<EtcdAnswer> compacted = co_await client_->Call(compaction_path, compaction);
+  co_return co_await Compact(before);
+}
+
+asio::awaitable<Status> EtcdLog::Impl::Compact(Revision revision) {
+  const std::string path = kCompactionPath;
+  const std::string body = CompactionRequest(revision);
+  const Result<EtcdAnswer> compacted = co_await client_->Call(path, body);
   // Another node may have compacted more.
   if (!compacted.ok() && compacted.error().find("has been compacted") == std::string::npos) {
     co_return compacted.error();
@@ -263,6 +277,37 @@ asio::awaitable<Status> EtcdLog::Impl::Transfer() {
                                     ? "knows no leader of etcd"
                                     : "the leader of etcd, member " + HexText(own.leader) +
                                           ", is not among those that respond; check the addresses");
+}
+
+asio::awaitable<Result<Register>> EtcdLog::Impl::ReadRegister(std::string name) {
+  TxnRequest request;
+  request.success.Read(keys_.Owner(name));
+  const Result<Transacted> done = co_await Transact(request, 1, 0);
+  if (!done.ok()) {
+    co_return done.error();
+  }
+  co_return RegisterOf(done.value().txn.parts[0].entries);
+}
+
+asio::awaitable<Result<Register>> EtcdLog::Impl::SetRegister(std::string name, uint64_t seen,
+                                                             std::string value) {
+  const std::string key = keys_.Owner(name);
+  TxnRequest request;
+  request.IfChangedAt(key, seen);
+  request.success.Put(key, value);
+  request.success.Read(key);
+  request.failure.Read(key);
+  const Result<Transacted> done = co_await Transact(request, 2, 1);
+  if (!done.ok()) {
+    co_return done.error();
+  }
+  const TxnAnswer& txn = done.value().txn;
+  if (txn.succeeded && ++changes_ % kBetweenCompactions == 0) {
+    if (const Revision before = std::exchange(compacts_at_, txn.revision); before != 0) {
+      Run([this, before] { return Compact(before); }, [](const Status& /*compacted*/) {});
+    }
+  }
+  co_return RegisterOf(txn.parts.back().entries);
 }
 
 asio::awaitable<Result<EtcdReader::News>> EtcdLog::Impl::Read(EtcdReader* reader, size_t* member) {
@@ -414,6 +459,18 @@ void EtcdLog::Trim(Sequence floor, std::function<void(const Status&)> done) {
 
 void EtcdLog::Transfer(std::function<void(const Status&)> done) {
   impl_->Run([impl = impl_.get()] { return impl->Transfer(); }, std::move(done));
+}
+
+void EtcdLog::ReadRegister(const std::string& name,
+                           std::function<void(const Result<Register>&)> done) {
+  impl_->Run([impl = impl_.get(), name] { return impl->ReadRegister(name); }, std::move(done));
+}
+
+void EtcdLog::SetRegister(const std::string& name, uint64_t seen, const std::string& value,
+                          std::function<void(const Result<Register>&)> done) {
+  impl_->Run(
+      [impl = impl_.get(), name, seen, value] { return impl->SetRegister(name, seen, value); },
+      std::move(done));
 }
 
 void EtcdLog::Stop() {

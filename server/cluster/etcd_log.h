@@ -49,6 +49,11 @@ class EtcdLog final : public ReplicatedLog {
   /// Frees the space of what an earlier Trim removed: by then everyone has read beyond it.
   void Trim(Sequence floor, std::function<void(const Status&)> done) override;
   void Transfer(std::function<void(const Status&)> done) override;
+  void ReadRegister(const std::string& name,
+                    std::function<void(const Result<Register>&)> done) override;
+  /// Frees the space of old values now and then: nobody may trim an idle log.
+  void SetRegister(const std::string& name, uint64_t seen, const std::string& value,
+                   std::function<void(const Result<Register>&)> done) override;
   void Stop() override;
 
  private:

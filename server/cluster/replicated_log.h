@@ -10,7 +10,7 @@
 // the place is empty. It rests on no lock, no lease and no clock.
 //
 // Not thread-safe: called, and calling back, on one executor; never inside the call. One TakeLead,
-// one Append, one Trim and one Follow at a time.
+// one Append, one Trim, one Follow and one call for each register at a time.
 #pragma once
 
 #include <cstdint>
@@ -65,6 +65,13 @@ enum class Appended : uint8_t {
   kUnknown,  ///< no answer: it may be in the log. Appending the same again says
 };
 
+/// A small value beside the log.
+struct Register {
+  uint64_t revision = 0;  ///< of its last change; rises with each. 0: it was never set
+  std::string value;
+  bool operator==(const Register&) const = default;
+};
+
 class ReplicatedLog {
  public:
   ReplicatedLog() = default;
@@ -92,6 +99,13 @@ class ReplicatedLog {
   virtual void Trim(Sequence floor, std::function<void(const Status&)> done) = 0;
   /// Moves the engine's own leadership to the member on this machine, if there is one.
   virtual void Transfer(std::function<void(const Status&)> done) = 0;
+  /// The register of this name, as a majority has it.
+  virtual void ReadRegister(const std::string& name,
+                            std::function<void(const Result<Register>&)> done) = 0;
+  /// Sets it, if its revision is still `seen`. The result is the register now, set by this or by
+  /// another one. Errors: no answer; it may be set, even later.
+  virtual void SetRegister(const std::string& name, uint64_t seen, const std::string& value,
+                           std::function<void(const Result<Register>&)> done) = 0;
   /// Calls nobody any more.
   virtual void Stop() = 0;
 };

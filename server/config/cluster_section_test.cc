@@ -246,20 +246,23 @@ TEST_F(ClusterSection, SerialAndPtyLinksMayBeOnSomeNodes) {
   const std::string pty = "kind = \"pty\"\npath = \"b\"\n";
   const std::string serial = "kind = \"serial\"\nport = \"/dev/ttyS0\"\n";
   const std::string tcp = "kind = \"tcp\"\nlisten = \"127.0.0.1:4950\"\n";
-  const Config parsed = Parse(Good() + link(serial + "on = [\"b\"]\n")).value();
+  const Config parsed = Parse(Good() + link(serial + "on = [\"b\", \"a\"]\n")).value();
   EXPECT_THAT(parsed.links.at(0).on, IsEmpty());
-  EXPECT_THAT(parsed.links.at(1).on, ElementsAre("b"));
+  EXPECT_THAT(parsed.links.at(1).on, ElementsAre("b", "a"));
   EXPECT_THAT(Parse(Good() + link(pty + "on = [\"b\"]\n")).value().links.at(1).on,
               ElementsAre("b"));
-  const std::string expected = "expected one node of [cluster]: [\"a\"] or [\"b\"]";
+  const std::string expected = "expected different nodes of [cluster], such as [\"a\", \"b\"]";
   for (const auto& [on, found] :
-       {std::pair("[\"c\"]", "the string \"c\""), std::pair("[\"a\", \"b\"]", "an array of 2"),
+       {std::pair("[\"c\"]", "the string \"c\""), std::pair("[\"a\", \"a\"]", "the string \"a\""),
         std::pair("[1]", "1"), std::pair("[]", "an array of 0"),
         std::pair("\"a\"", "the string \"a\"")}) {
     EXPECT_THAT(ErrorOf(Good() + link(serial + "on = " + on + "\n")),
                 HasSubstr("link[2].on: found " + std::string(found) + ", " + expected))
         << on;
   }
+  EXPECT_THAT(
+      ErrorOf(Good() + link(pty + "on = [\"a\", \"b\"]\n")),
+      HasSubstr("link[2].on: found an array of 2, expected one node, or medium_access = true"));
   EXPECT_EQ(ErrorOf(link(serial + "on = [\"a\"]\n")),
             "f.toml:33:6: link[2].on: found an array of 1, expected no such key without [cluster]");
   EXPECT_THAT(ErrorOf(Good() + link(tcp + "on = [\"a\"]\n")),
@@ -273,7 +276,7 @@ TEST_F(ClusterSection, PortsOfTwoMachinesMayHaveTheSameName) {
   };
   for (const std::string port : {"port = \"/dev/ttyS0\"", "usb = \"0403:6001\""}) {
     EXPECT_EQ(ErrorOf(Good() + links(port, "on = [\"a\"]", "on = [\"b\"]")), "");
-    for (const std::string on : {"on = [\"b\"]", ""}) {
+    for (const std::string on : {"on = [\"a\", \"b\"]", "on = [\"b\"]", ""}) {
       EXPECT_THAT(ErrorOf(Good() + links(port, "on = [\"b\"]", on)),
                   HasSubstr("again, expected a value not used by link \"b\""))
           << on;
@@ -284,10 +287,10 @@ TEST_F(ClusterSection, PortsOfTwoMachinesMayHaveTheSameName) {
 TEST_F(ClusterSection, IsToldInWords) {
   const Config config = Parse(Good() +
                               "[[link]]\nname = \"b\"\nkind = \"pty\"\npath = \"b\"\n"
-                              "on = [\"b\"]\n")
+                              "medium_access = true\non = [\"a\", \"b\"]\n")
                             .value();
   const std::vector<std::string> lines = DescribeReach(config, nullptr);
-  EXPECT_EQ(lines.at(1), "link b: pty " + std::filesystem::current_path().string() + "/b, on b");
+  EXPECT_EQ(lines.at(1), "link b: pty " + std::filesystem::current_path().string() + "/b, on a, b");
   EXPECT_EQ(lines.back(),
             "cluster lab: node a of a (10.0.0.1:8390), b (10.0.0.2:8390); log in etcd at "
             "10.0.0.1:2379, 10.0.0.2:2379; a leader that is silent for 300 ms is "

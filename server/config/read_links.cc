@@ -200,11 +200,10 @@ bool ReadOn(const TableReader& table, const std::optional<ClusterSettings>& clus
   }
   std::string names;
   for (const ClusterSettings::Node& node : cluster->nodes) {
-    names += (names.empty() ? "[\"" : " or [\"") + node.name + "\"]";
+    names += (names.empty() ? "\"" : ", \"") + node.name + '"';
   }
-  const std::string expected = "one node of [cluster]: " + names;
-  // Two servers that send on one radio channel would disturb each other.
-  if (list->kind != Value::Kind::kArray || list->items.size() != 1) {
+  const std::string expected = "different nodes of [cluster], such as [" + names + "]";
+  if (list->kind != Value::Kind::kArray || list->items.empty()) {
     table.Expected("on", *list, expected);
     return false;
   }
@@ -212,11 +211,18 @@ bool ReadOn(const TableReader& table, const std::optional<ClusterSettings>& clus
     const bool is_node =
         std::any_of(cluster->nodes.begin(), cluster->nodes.end(),
                     [&](const ClusterSettings::Node& node) { return node.name == item.text; });
-    if (item.kind != Value::Kind::kString || !is_node) {
+    if (item.kind != Value::Kind::kString || !is_node ||
+        std::find(link->on.begin(), link->on.end(), item.text) != link->on.end()) {
       table.Expected("on", item, expected);
       return false;
     }
     link->on.push_back(item.text);
+  }
+  // When a transmission has left is known of channels with medium access only, and so when the next
+  // server may send.
+  if (link->on.size() > 1 && !link->medium_access) {
+    table.Expected("on", *list, "one node, or medium_access = true");
+    return false;
   }
   return true;
 }

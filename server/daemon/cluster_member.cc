@@ -87,6 +87,12 @@ cluster::EtcdSettings EtcdSettingsOf(const config::ClusterSettings& settings,
 
 }  // namespace
 
+std::unique_ptr<cluster::ReplicatedLog> MakeReplicatedLog(
+    const boost::asio::any_io_executor& executor, const config::ClusterSettings& settings,
+    const std::string& id_to_found) {
+  return std::make_unique<cluster::EtcdLog>(executor, EtcdSettingsOf(settings, id_to_found));
+}
+
 ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash,
                              Local local)
     : settings_(settings),
@@ -128,8 +134,7 @@ ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t l
                 cluster_->OnDown(node);
               },
           .on_warning = [](const std::string& text) { spdlog::warn("cluster: {}", text); }});
-  replicated_ = std::make_unique<cluster::EtcdLog>(
-      io_.get_executor(), EtcdSettingsOf(settings_, local_.founds ? local_.id : ""));
+  replicated_ = MakeReplicatedLog(io_.get_executor(), settings_, local_.founds ? local_.id : "");
 }
 
 ClusterMember::~ClusterMember() {

@@ -23,6 +23,7 @@
 #include <thread>
 #include <vector>
 
+#include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -40,6 +41,11 @@
 #include "server/store/journal/snapshot_writer.h"
 
 namespace pheromone::daemon {
+
+/// The cluster's log, as this machine reaches it.
+std::unique_ptr<cluster::ReplicatedLog> MakeReplicatedLog(
+    const boost::asio::any_io_executor& executor, const config::ClusterSettings& settings,
+    const std::string& id_to_found = "");
 
 class ClusterMember {
  public:

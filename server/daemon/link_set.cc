@@ -4,9 +4,16 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include <boost/asio/any_io_executor.hpp>
+
+#include "server/daemon/cluster_member.h"
 #include "server/daemon/describe.h"
 #include "server/daemon/make_link.h"
 
@@ -26,21 +33,49 @@ size_t CountPorts(const std::vector<links::LinkConfig>& links) {
   return static_cast<size_t>(std::max<std::ptrdiff_t>(ports, 1));
 }
 
+// A port that several servers have, this one among them.
+std::optional<cluster::SharedLink> SharedLinkOf(const links::LinkConfig& link,
+                                                const std::string& node) {
+  // What does not fit into the rest of a lease is not sent. Most transmissions are far shorter.
+  constexpr uint64_t kLongBytes = 512;
+  const auto own = std::find(link.on.begin(), link.on.end(), node);
+  if (link.on.size() < 2 || own == link.on.end()) {
+    return std::nullopt;
+  }
+  cluster::SharedLink shared;
+  shared.name = link.name;
+  shared.rank = static_cast<uint32_t>(own - link.on.begin());
+  shared.lease_ms = std::clamp(2 * kLongBytes * 10'000 / link.baud, cluster::kLinkLeaseMs,
+                               cluster::kMaxLinkLeaseMs);
+  return shared;
+}
+
 }  // namespace
 
 LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
                  engine::Service* service, links::LinkRouter* router, links::Tap* tap)
     : ports_(CountPorts(config.links)) {
   std::random_device random;
+  const std::string node = config.cluster ? config.cluster->node : "";
+  std::vector<LinkLeases::Shared> shared;
   for (size_t i = 0; i < config.links.size(); ++i) {
+    links::SendPermit* permit = nullptr;
+    if (const auto settings = SharedLinkOf(config.links[i], node)) {
+      permit = permits_.emplace_back(std::make_unique<links::SendPermit>()).get();
+      shared.push_back({nullptr, permit, *settings});
+    }
     links_.push_back(MakeLink(io, config.links[i],
                               {.index = static_cast<engine::LinkIndex>(i),
                                .router = router,
                                .log = LogOfLink,
                                .tap = tap,
+                               .permit = permit,
                                .aside = ports_.get_executor(),
                                .backoff = {.seed = random()}},
-                              config.cluster ? config.cluster->node : ""));
+                              node));
+    if (permit != nullptr) {
+      shared.back().link = links_.back().get();
+    }
     required_.push_back(config.links[i].required);
     router->Add(links_.back().get());
   }
@@ -50,6 +85,13 @@ LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
       LogOfLink(notice);
     };
     trackers_.push_back(MakeTracker(io, tracker, config.datum, service, log, {.seed = random()}));
+  }
+  if (!shared.empty()) {
+    const uint64_t process = uint64_t{random()} << 32 | random();
+    leases_ = std::make_unique<LinkLeases>(node, process, std::move(shared),
+                                           [&config](const boost::asio::any_io_executor& executor) {
+                                             return MakeReplicatedLog(executor, *config.cluster);
+                                           });
   }
 }
 
@@ -68,6 +110,9 @@ bool LinkSet::Start() {
   for (const auto& tracker : trackers_) {
     (void)tracker->Start();  // reports errors itself, and retries
   }
+  if (good && leases_ != nullptr) {
+    leases_->Start();
+  }
   if (good) {
     spdlog::info("ready: {} of {} links up", up, links_.size());
   }
@@ -75,6 +120,9 @@ bool LinkSet::Start() {
 }
 
 void LinkSet::Stop() {
+  if (leases_ != nullptr) {
+    leases_->Stop();
+  }
   for (const auto& link : links_) {
     link->Stop();
   }

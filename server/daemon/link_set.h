@@ -17,8 +17,10 @@
 
 #include "server/config/config.h"
 #include "server/core/engine/service/service.h"
+#include "server/daemon/link_leases.h"
 #include "server/robots/links/link.h"
 #include "server/robots/links/link_router.h"
+#include "server/robots/links/send_permit.h"
 #include "server/robots/links/tap.h"
 #include "server/robots/links/tracker_link.h"
 
@@ -46,10 +48,12 @@ class LinkSet {
   void Summarise() const;
 
  private:
+  std::vector<std::unique_ptr<links::SendPermit>> permits_;  // of ports that others have, too
   boost::asio::thread_pool ports_;  // opens and closes them: a thread for each
   std::vector<std::unique_ptr<links::Link>> links_;
   std::vector<bool> required_;
   std::vector<std::unique_ptr<links::TrackerLink>> trackers_;
+  std::unique_ptr<LinkLeases> leases_;  // null: there are no such ports
 };
 
 }  // namespace pheromone::daemon

@@ -44,7 +44,11 @@ class LinkElsewhere final : public links::Link {
       : Link(std::move(config), std::move(context)) {}
 
   Status Start() override {
-    record()->SetDown("at node " + this->config().on.front());
+    std::string nodes;
+    for (const std::string& node : this->config().on) {
+      nodes += (nodes.empty() ? "" : " or ") + node;
+    }
+    record()->SetDown("at node " + nodes);
     return Ok();
   }
   void Stop() override {}

@@ -338,6 +338,44 @@ TEST_P(LogContractTest, TheLatestFollowReplacesTheEarlierOne) {
   EXPECT_EQ(follower.pages(), 0u);
 }
 
+TEST_P(LogContractTest, ARegisterIsSetByWhoSawItsLastChange) {
+  const auto a = harness()->NewClient();
+  const auto b = harness()->NewClient();
+  Result<Register> told = Error{"not called"};
+  const auto wait =
+      [&](const std::function<void(std::function<void(const Result<Register>&)>)>& ask) {
+        bool is_told = false;
+        ask([&](const Result<Register>& answer) {
+          told = answer;
+          is_told = true;
+        });
+        EXPECT_FALSE(is_told) << "inside of the call";
+        EXPECT_TRUE(harness()->RunUntil([&] { return is_told; }));
+        EXPECT_TRUE(told.ok()) << told.error();
+        return told.ok() ? told.value() : Register{};
+      };
+  const auto read = [&](ReplicatedLog& log, const std::string& name) {
+    return wait([&](auto done) { log.ReadRegister(name, std::move(done)); });
+  };
+  const auto set = [&](ReplicatedLog& log, uint64_t seen, const std::string& value) {
+    return wait([&](auto done) { log.SetRegister("x", seen, value, std::move(done)); });
+  };
+  EXPECT_EQ(read(*a, "x"), Register{});
+  EXPECT_EQ(set(*a, 5, "a0"), Register{});
+  const Register first = set(*a, 0, "a1");
+  EXPECT_EQ(first.value, "a1");
+  EXPECT_GT(first.revision, 0u);
+  EXPECT_EQ(read(*b, "x"), first);
+  EXPECT_EQ(read(*b, "y"), Register{});
+  EXPECT_EQ(set(*b, 0, "b1"), first);
+  const Register second = set(*b, first.revision, "b2");
+  EXPECT_EQ(second.value, "b2");
+  EXPECT_GT(second.revision, first.revision);
+  EXPECT_EQ(set(*a, first.revision, "a2"), second);
+  EXPECT_EQ(set(*b, second.revision, "b2").value, "b2");  // the same value is a change
+  EXPECT_GT(read(*a, "x").revision, second.revision);
+}
+
 TEST_P(LogContractTest, AfterStopNobodyIsCalled) {
   WaitingLog leader(harness());
   const Term term = leader.TakeLead(0, "a").term;

@@ -18,6 +18,7 @@ void MemoryEngine::Wipe(std::string new_id) {
   leader_ = {};
   floor_ = 1;
   groups_.clear();
+  registers_.clear();
   Publish();
 }
 
@@ -62,6 +63,14 @@ void MemoryEngine::Trim(Sequence floor) {
   std::erase_if(groups_,
                 [&](const auto& entry) { return entry.first + entry.second.count <= floor; });
   Publish();
+}
+
+Register MemoryEngine::Set(const std::string& name, uint64_t seen, const std::string& value) {
+  Register& it = registers_[name];
+  if (it.revision == seen) {
+    it = {++revision_, value};
+  }
+  return it;
 }
 
 void MemoryEngine::Publish() {
@@ -183,6 +192,20 @@ void MemoryLog::Trim(Sequence floor, std::function<void(const Status&)> done) {
 void MemoryLog::Transfer(std::function<void(const Status&)> done) {
   ++transfers_;
   Request<Status>([] { return Ok(); }, std::move(done), Error{"no answer"});
+}
+
+void MemoryLog::ReadRegister(const std::string& name,
+                             std::function<void(const Result<Register>&)> done) {
+  Request<Result<Register>>(
+      [engine = engine_, name] { return Result<Register>(engine->registers_[name]); },
+      std::move(done), Error{"no answer"});
+}
+
+void MemoryLog::SetRegister(const std::string& name, uint64_t seen, const std::string& value,
+                            std::function<void(const Result<Register>&)> done) {
+  Request<Result<Register>>([engine = engine_, name, seen,
+                             value] { return Result<Register>(engine->Set(name, seen, value)); },
+                            std::move(done), Error{"no answer"});
 }
 
 void MemoryLog::Follow(Sequence from, std::function<void(const Result<Page>&)> news) {

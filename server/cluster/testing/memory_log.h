@@ -51,6 +51,7 @@ class MemoryEngine {
   Leader TakeLead(Term seen, const std::string& node);
   Appended Append(const Group& group);
   void Trim(Sequence floor);
+  Register Set(const std::string& name, uint64_t seen, const std::string& value);
   void Publish();
 
   std::string new_id_;
@@ -59,6 +60,7 @@ class MemoryEngine {
   Leader leader_;
   Sequence floor_ = 1;
   std::map<Sequence, Group> groups_;
+  std::map<std::string, Register> registers_;
   std::list<std::function<void()>> held_;
   std::list<MemoryLog*> clients_;
 };
@@ -93,6 +95,10 @@ class MemoryLog final : public ReplicatedLog {
   void Trim(Sequence floor, std::function<void(const Status&)> done) override;
   /// Counts; there is nothing to move.
   void Transfer(std::function<void(const Status&)> done) override;
+  void ReadRegister(const std::string& name,
+                    std::function<void(const Result<Register>&)> done) override;
+  void SetRegister(const std::string& name, uint64_t seen, const std::string& value,
+                   std::function<void(const Result<Register>&)> done) override;
   void Stop() override;
 
   int transfers() const { return transfers_; }

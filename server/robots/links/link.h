@@ -36,6 +36,7 @@
 #include "server/robots/links/backoff.h"
 #include "server/robots/links/link_config.h"
 #include "server/robots/links/link_counters.h"
+#include "server/robots/links/send_permit.h"
 #include "server/robots/links/tap.h"
 #include "server/robots/links/usb_port.h"
 #include "server/robots/radio/rounds.h"
@@ -120,6 +121,8 @@ struct LinkContext {
   LinkRouter* router = nullptr;  ///< outlives the link
   LinkLog log{};
   Tap* tap = nullptr;  ///< outlives the link
+  /// Of a port that another server has, too: outlives the link. Null: this server may always send.
+  SendPermit* permit = nullptr;
   /// The executor on which ports are opened and closed, which may take a driver seconds: it has one
   /// thread for each link with a port, so that none delays any other. Empty: ports are opened and
   /// closed on the link's own executor.

@@ -11,6 +11,7 @@
 
 #include "server/base/counters.h"
 #include "server/robots/links/keep_running.h"
+#include "server/robots/links/link_router.h"
 #include "server/robots/links/port_calls.h"
 #include "server/robots/links/session.h"
 
@@ -54,13 +55,16 @@ class PortLink final : public Link {
         strand_(asio::make_strand(io)),
         port_(std::move(port), this->context().aside),
         address_(std::move(address)),
-        options_{OptionsOf(config, this->context().quiet_start), &port_},
+        options_{OptionsOf(config, this->context().quiet_start), &port_, this->context().permit},
         silence_(config.silence_s),
         backoff_(this->context().backoff),
         retry_(strand_),
         look_(strand_) {}
 
   Status Start() override {
+    if (permit() != nullptr) {
+      permit()->OnChange([this] { asio::post(strand_, [this] { FollowPermit(); }); });
+    }
     opened_ = OpenAtFirst();
     Report(opened_);
     Status status = opened_.ok() ? Ok() : opened_.error();
@@ -83,6 +87,9 @@ class PortLink final : public Link {
 
   void Send(std::vector<engine::Outgoing> messages) override {
     asio::post(strand_, [this, messages = std::move(messages)] {
+      if (IsStandby()) {
+        return;  // the server that sends here has them, too
+      }
       for (const engine::Outgoing& outgoing : messages) {
         if (!session_) {
           CountUndeliverable(outgoing.message);
@@ -96,6 +103,35 @@ class PortLink final : public Link {
   std::string address() const override { return address_; }
 
  private:
+  SendPermit* permit() const { return context().permit; }
+  bool IsStandby() const { return permit() != nullptr && !permit()->Allows(); }
+
+  void ReportOpen() {
+    std::string how = port_.port().Describe();
+    if (IsStandby()) {
+      const std::string owner = permit()->owner();
+      how += owner.empty() ? "; standby" : "; standby: node " + owner + " sends";
+    }
+    ReportUp(how);
+  }
+
+  // The port of a standby is open, so that it is known whether it can be used; what is heard there
+  // is left to the server that sends.
+  void FollowPermit() {
+    if (!session_ || stopping_) {
+      return;
+    }
+    const bool was_standby = std::exchange(is_standby_, IsStandby());
+    if (was_standby && !is_standby_) {
+      TakeOver();
+    }
+    ReportOpen();
+  }
+
+  void TakeOver() {
+    session_->TakeOver(context().router->MembersOfRounds(context().index, Clock::now()));
+  }
+
   Result<Descriptor> OpenAtFirst() {
     try {
       return port_.port().Open();
@@ -107,7 +143,7 @@ class PortLink final : public Link {
   void Report(const Result<Descriptor>& opened) {
     if (opened.ok()) {
       record()->Count([](LinkCounters& counters) { ++counters.opened; });
-      ReportUp(port_.port().Describe());
+      ReportOpen();
     } else {
       ReportFailure(opened.error());
     }
@@ -175,12 +211,18 @@ class PortLink final : public Link {
     session_.emplace(
         strand_, options_,
         [this](Session* from, auto batch, auto* answers) {
-          const engine::Asker asker = from->asker();
-          Handle(batch, {&asker, 1}, answers);
+          if (!IsStandby()) {
+            const engine::Asker asker = from->asker();
+            Handle(batch, {&asker, 1}, answers);
+          }
         },
         record(), NextLine());
     silent_ = false;
     line_errors_ = {};
+    is_standby_ = IsStandby();
+    if (permit() != nullptr && !is_standby_) {
+      TakeOver();
+    }
     Look();
     const std::string why = co_await session_->Run(std::move(descriptor));
     session_.reset();
@@ -263,6 +305,7 @@ class PortLink final : public Link {
   Timer look_;
   LineErrors line_errors_;  // as counted so far, since the port was opened
   bool silent_ = false;
+  bool is_standby_ = false;
   std::optional<Session> session_;  // while the port is open
   bool stopping_ = false;
 };

@@ -2,9 +2,14 @@
 #include <sys/stat.h>
 #include <termios.h>
 
+#include <atomic>
+#include <cstdint>
 #include <fstream>
+#include <string>
+#include <utility>
 
 #include "server/robots/links/port_link.h"
+#include "server/robots/links/send_permit.h"
 #include "server/robots/links/testing/link_bench.h"
 
 namespace pheromone::links {
@@ -49,6 +54,66 @@ TEST_F(PtyLinkTest, APingIsAnsweredThroughARealPty) {
   EXPECT_EQ(counters.opened, 1u);
   EXPECT_TRUE(server_.link().state().up);
   EXPECT_EQ(server_.link().address(), path_);
+}
+
+// The clock of a permit.
+std::atomic<uint64_t> permit_now_ms{1'000};
+
+TEST_F(PtyLinkTest, AStandbyIsSilentUntilItMaySendAndAgainWhenItsTimeIsOver) {
+  SendPermit permit([] { return permit_now_ms.load(); });
+  LinkContext context = server_.Context(0);
+  context.permit = &permit;
+  const LinkConfig config{.name = "radio-a", .path = path_};
+  ASSERT_TRUE(server_.Start(MakePtyLink(server_.io(), config, std::move(context))).ok());
+  Peer robot(path_);
+  const auto send_unheard = [&](uint8_t number) {
+    const uint32_t frames = server_.link().counters().received.frames;
+    EXPECT_TRUE(robot.SendBytes(Wire(PingOf(3, number))));
+    EXPECT_TRUE(Eventually([&] { return server_.link().counters().received.frames > frames; }));
+  };
+  send_unheard(1);
+  permit.Set(0, "b");
+  EXPECT_TRUE(Eventually([&] {
+    return server_.link().state().reason.find("; standby: node b sends") != std::string::npos;
+  }));
+  send_unheard(2);
+  permit.Set(9'000, "a");
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 3)), 3, 3));
+  EXPECT_TRUE(Eventually(
+      [&] { return server_.link().state().reason.find("standby") == std::string::npos; }));
+  permit_now_ms = 9'001;  // nobody says so, as when the process was stopped
+  send_unheard(4);
+  permit_now_ms = 1'000;
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 5)), 3, 5));
+}
+
+TEST_F(PtyLinkTest, WhatWouldBeOnTheAirBeyondThePermitIsNotBegun) {
+  permit_now_ms = 1'000;
+  SendPermit permit([] { return permit_now_ms.load(); });
+  LinkContext context = server_.Context(0);
+  context.permit = &permit;
+  const LinkConfig config{.name = "radio-a",
+                          .path = path_,
+                          .medium_access = true,
+                          .turnaround_ms = 2,
+                          .server_delay_ms = 200,
+                          .response_window_ms = 250};
+  ASSERT_TRUE(server_.Start(MakePtyLink(server_.io(), config, std::move(context))).ok());
+  Peer robot(path_);
+  protocol::Ping longer;
+  longer.id = 3;
+  longer.length = 20;
+  const protocol::Message longer_ping = engine::testing::MessageOf(longer);
+  // 20 ms for drivers, 4 ms to turn round, and a little more than a millisecond for each byte.
+  const uint64_t shorter_ms = 24 + 2 * Wire(PingOf(3, 1)).size();
+  ASSERT_GT(24 + Wire(longer_ping).size(), shorter_ms);
+  permit.Set(1'000 + shorter_ms, "a");
+  std::optional<protocol::Message> echo;
+  for (int i = 0; !echo && i < 20; ++i) {  // a busy machine may answer too late
+    EXPECT_TRUE(robot.Send(longer_ping) && robot.Send(PingOf(3, 2)));
+    echo = robot.Receive(milliseconds(500));
+  }
+  EXPECT_TRUE(IsEcho(echo, 3, 2));
 }
 
 TEST_F(PtyLinkTest, TheServersGroupMayUseItAndNobodyElse) {

@@ -25,6 +25,8 @@ using boost::system::error_code;
 
 // How often the carrier is checked while something waits to be sent.
 constexpr std::chrono::milliseconds kBetweenLooks{1};
+// And whether this server may send, while it may not.
+constexpr std::chrono::milliseconds kBetweenAsking{100};
 
 // Whether a reported end of the line is real. A kernel may report the end for a terminal that is
 // merely idle: Linux 6.18 once in some thousand reads on a busy machine, and any kernel if VMIN is
@@ -58,17 +60,30 @@ Session::Session(const asio::any_io_executor& strand, const ConversationOptions&
       stream_(strand),
       wake_(strand),
       pause_(strand),
-      channel_(options.channel,
-               [this](const protocol::Message& message) {
-                 if (tapped_.tap != nullptr) {
-                   tapped_.tap->Dropped(tapped_.line.link, message);
-                 }
-               }),
       last_read_(Clock::now()),
-      all_read_(last_read_) {}
+      all_read_(last_read_) {
+  MakeChannel();
+}
+
+void Session::MakeChannel() {
+  channel_.emplace(options_.channel, [this](const protocol::Message& message) {
+    if (tapped_.tap != nullptr) {
+      tapped_.tap->Dropped(tapped_.line.link, message);
+    }
+  });
+  counted_ = {};
+}
+
+void Session::TakeOver(const std::vector<radio::RoundMember>& members) {
+  channel_->DropAll();
+  CountWhatHappened();
+  MakeChannel();
+  channel_->Resume(members, At(Clock::now()));
+  Wake();
+}
 
 Session::~Session() {
-  channel_.DropAll();
+  channel_->DropAll();
 }
 
 asio::awaitable<std::string> Session::Run(Descriptor descriptor) {
@@ -141,14 +156,14 @@ asio::awaitable<std::string> Session::Read() {
 void Session::TakeBytes(std::span<const uint8_t> bytes) {
   last_read_ = Clock::now();
   const Tap::Reading reading(tapped_.tap);
-  const protocol::FrameDecoder& decoder = channel_.decoder();
+  const protocol::FrameDecoder& decoder = channel_->decoder();
   if (tapped_.tap != nullptr) {
     tapped_.tap->Read(&tapped_.line, bytes, radio::Channel::DecoderTime(At(last_read_)), decoder);
   }
   const protocol::DecoderCounters before = decoder.counters();
   batch_.clear();
   answers_.clear();
-  channel_.Hear(bytes, At(last_read_), At(all_read_), &batch_);
+  channel_->Hear(bytes, At(last_read_), At(all_read_), &batch_);
   const protocol::DecoderCounters received = decoder.counters() - before;
   record_->Count([&](LinkCounters& counters) {
     counters.bytes_in += bytes.size();
@@ -183,9 +198,9 @@ void Session::Send(const engine::Outgoing& outgoing) {
 // A request may lead to a COMMAND, which is not its answer.
 void Session::Queue(const protocol::Message& message, std::optional<radio::Time> asked_at) {
   if (asked_at && message.opcode != protocol::kCommand) {
-    channel_.Answer(message, *asked_at, At(Clock::now()));
+    channel_->Answer(message, *asked_at, At(Clock::now()));
   } else {
-    channel_.Send(message);
+    channel_->Send(message);
   }
 }
 
@@ -196,13 +211,45 @@ void Session::Wake() {
 }
 
 void Session::CountWhatHappened() {
-  const radio::ChannelCounters now = channel_.counters();
+  const radio::ChannelCounters now = channel_->counters();
   if (now != counted_) {
     record_->Count([&](radio::ChannelCounters& counters) {
       counters = SumOf(counters, DifferenceOf(now, counted_));
     });
     counted_ = now;
   }
+}
+
+// From the keying of the transmitter to the end of its tail, at most.
+radio::Duration Session::OnTheAir(size_t bytes) const {
+  const radio::Timing& timing = options_.channel.timing;
+  return std::max(timing.lead, timing.turnaround) + static_cast<int64_t>(bytes) * timing.byte +
+         std::max(timing.tail, timing.turnaround);
+}
+
+bool Session::IsPermitted(size_t bytes) const {
+  return options_.permit == nullptr || options_.permit->Allows(OnTheAir(bytes));
+}
+
+bool Session::Claim(size_t bytes) {
+  return options_.permit == nullptr || options_.permit->Claim(OnTheAir(bytes));
+}
+
+// Claims directly before each call of the driver; all of it, since the driver may still have what
+// it took before. What is not permitted is not sent: a robot repeats its request, and a ROUND that
+// did not arrive is followed by another one.
+asio::awaitable<error_code> Session::WritePermitted(std::span<const uint8_t> bytes, size_t* size) {
+  error_code error;
+  stream_.non_blocking(true, error);  // NOLINT(bugprone-unused-return-value)
+  while (!error && *size < bytes.size() && Claim(bytes.size())) {
+    *size += stream_.write_some(asio::buffer(bytes.data() + *size, bytes.size() - *size), error);
+    if (error == asio::error::would_block) {
+      error.clear();
+      co_await stream_.async_wait(asio::posix::stream_descriptor::wait_write,
+                                  asio::redirect_error(asio::use_awaitable, error));
+    }
+  }
+  co_return error;
 }
 
 asio::awaitable<void> Session::PauseUntil(Clock::time_point end) {
@@ -220,10 +267,16 @@ asio::awaitable<std::string> Session::Write() {
     if (!HasUnread(stream_.native_handle())) {
       all_read_ = now;
     }
-    const radio::Time start = channel_.NextStart(At(now));
+    if (!IsPermitted(0)) {
+      channel_->DropAll();
+      wake_.expires_at(now + kBetweenAsking);
+      co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
+      continue;
+    }
+    const radio::Time start = channel_->NextStart(At(now));
     CountWhatHappened();
     if (start > At(now)) {
-      const radio::Time look = channel_.LookAt();
+      const radio::Time look = channel_->LookAt();
       const radio::Time wake = look > At(now) ? std::min(start, look) : start;
       wake_.expires_at(wake == radio::kNever ? Clock::time_point::max() : PointAt(wake));
       co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
@@ -233,18 +286,21 @@ asio::awaitable<std::string> Session::Write() {
     // situation may have changed by then.
     if (senses) {
       const bool carrier = co_await options_.port->Make([](Port& port) { return port.carrier(); });
-      const bool clear = channel_.IsClear(carrier, At(Clock::now()));
+      const bool clear = channel_->IsClear(carrier, At(Clock::now()));
       if (ended_ || closed_) {
         break;
       }
       if (!clear) {
         co_await PauseUntil(Clock::now() + kBetweenLooks);
       }
-      if (!clear || channel_.NextStart(At(Clock::now())) > At(Clock::now())) {
+      if (!clear || channel_->NextStart(At(Clock::now())) > At(Clock::now())) {
         continue;
       }
     }
     Clock::time_point begin = Clock::now();
+    if (keyed && !Claim(0)) {
+      continue;
+    }
     if (keyed) {
       co_await options_.port->Make([](Port& port) { port.Key(true); });
       begin = Clock::now();
@@ -255,7 +311,7 @@ asio::awaitable<std::string> Session::Write() {
         break;
       }
     }
-    const std::string why = co_await Transmit(channel_.Begin(At(begin)));
+    const std::string why = co_await Transmit(channel_->Begin(At(begin)));
     if (!why.empty()) {
       co_return why;
     }
@@ -272,14 +328,19 @@ asio::awaitable<std::string> Session::Write() {
 // not before the bytes have had their time either.
 asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   error_code error;
-  if (out.bytes.empty()) {
+  if (out.bytes.empty() || !Claim(out.bytes.size())) {
     co_return "";
   }
   if (tapped_.tap != nullptr) {
     tapped_.tap->Wrote(tapped_.line, out.bytes);
   }
-  const size_t size = co_await asio::async_write(stream_, asio::buffer(out.bytes),
-                                                 asio::redirect_error(asio::use_awaitable, error));
+  size_t size = 0;
+  if (options_.permit == nullptr) {
+    size = co_await asio::async_write(stream_, asio::buffer(out.bytes),
+                                      asio::redirect_error(asio::use_awaitable, error));
+  } else {
+    error = co_await WritePermitted(out.bytes, &size);
+  }
   record_->Count([&](LinkCounters& counters) {
     counters.bytes_out += size;
     counters.frames_out += error ? 0 : out.frames;
@@ -288,14 +349,14 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
     co_return error.value() == EIO ? "the other side hung up" : error.message();
   }
   const radio::Duration duration = static_cast<int64_t>(size) * options_.channel.timing.byte;
-  channel_.OnSent(std::max(channel_.sent_at(), At(Clock::now()) + duration));
+  channel_->OnSent(std::max(channel_->sent_at(), At(Clock::now()) + duration));
   if (options_.port != nullptr && options_.port->port().is_keyed()) {
     co_await options_.port->Make([](Port& port) { port.WaitUntilSent(); });
-    if (const radio::Time now = At(Clock::now()); now > channel_.sent_at()) {
-      channel_.OnSent(now);
+    if (const radio::Time now = At(Clock::now()); now > channel_->sent_at()) {
+      channel_->OnSent(now);
     }
     if (!ended_ && !closed_) {
-      co_await PauseUntil(PointAt(channel_.sent_at() + options_.channel.timing.tail));
+      co_await PauseUntil(PointAt(channel_->sent_at() + options_.channel.timing.tail));
     }
   }
   co_return "";

@@ -35,6 +35,8 @@ struct ConversationOptions {
   /// neither. Outlives the session. The transceiver is not unkeyed at the end of the session, but
   /// when the port is closed.
   PortCalls* port = nullptr;
+  /// Asked before each write; null: there is no need to. Outlives the session.
+  SendPermit* permit = nullptr;
 };
 
 class Session {
@@ -58,6 +60,10 @@ class Session {
   /// Sends a command or a deferred answer.
   void Send(const engine::Outgoing& outgoing);
 
+  /// From now on this server sends, as its permit says, and another one no more: drops what waits,
+  /// and goes on with the rounds of these robots.
+  void TakeOver(const std::vector<radio::RoundMember>& members);
+
   /// Ends Run, even if it has not begun.
   void Close();
   bool closed() const { return closed_; }
@@ -78,6 +84,12 @@ class Session {
   boost::asio::awaitable<std::string> Write();
   boost::asio::awaitable<std::string> Transmit(radio::Transmission out);
   boost::asio::awaitable<void> PauseUntil(Clock::time_point end);
+  boost::asio::awaitable<boost::system::error_code> WritePermitted(std::span<const uint8_t> bytes,
+                                                                   size_t* size);
+  bool IsPermitted(size_t bytes) const;
+  bool Claim(size_t bytes);
+  radio::Duration OnTheAir(size_t bytes) const;
+  void MakeChannel();
   void TakeBytes(std::span<const uint8_t> bytes);
   void Queue(const protocol::Message& message, std::optional<radio::Time> asked_at);
   void Wake();
@@ -88,10 +100,10 @@ class Session {
   LinkRecord* const record_;
   TappedLine tapped_;
   boost::asio::posix::stream_descriptor stream_;
-  Timer wake_;   // cancelled when what is sent next may have changed
-  Timer pause_;  // cancelled at the end only
-  radio::Channel channel_;
-  radio::ChannelCounters counted_;  // what the record has of them
+  Timer wake_;                             // cancelled when what is sent next may have changed
+  Timer pause_;                            // cancelled at the end only
+  std::optional<radio::Channel> channel_;  // made anew by TakeOver
+  radio::ChannelCounters counted_;         // what the record has of them
   Clock::time_point last_read_;
   Clock::time_point all_read_;  // what arrived before has been read
   std::vector<protocol::Message> batch_;

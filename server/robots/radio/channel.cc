@@ -58,6 +58,13 @@ uint32_t Channel::DecoderTime(Time at) {
   return static_cast<uint32_t>(std::chrono::floor<std::chrono::milliseconds>(at).count());
 }
 
+void Channel::Resume(const std::vector<RoundMember>& members, Time now) {
+  heard_at_ = now;  // who sends at present is waited for
+  if (options_.half_duplex) {
+    rounds_.Resume(members, now);
+  }
+}
+
 void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
                    std::vector<protocol::Message>* messages) {
   heard_at_ = now;

@@ -66,6 +66,9 @@ class Channel {
 
   Channel(const ChannelOptions& options, OnDropped on_dropped);
 
+  /// Goes on where another server has sent until now (Rounds::Resume). Before anything else.
+  void Resume(const std::vector<RoundMember>& members, Time now);
+
   /// Decodes bytes read at `now`, and appends the messages in them. What had arrived at `since` was
   /// read before: a busy machine may read something of before a ROUND after it.
   void Hear(std::span<const uint8_t> bytes, Time now, Time since,

@@ -9,6 +9,13 @@
 
 namespace pheromone::radio {
 
+/// A robot that takes part in rounds.
+struct RoundMember {
+  uint8_t id = 0;
+  uint8_t period = 0;  ///< as in its HELLO; not 0
+  bool operator==(const RoundMember&) const = default;
+};
+
 struct ChannelOptions {
   uint16_t gap_timeout_ms = protocol::kNoGapTimeout;
   /// Whether several stations share the line, one sending at a time. The rest is about that.

@@ -71,6 +71,22 @@ std::optional<protocol::RoundAnswer> InRound(const protocol::Message& answer) {
 
 }  // namespace
 
+void Rounds::Resume(const std::vector<RoundMember>& members, Time now) {
+  begin_ = now;
+  sent_at_ = now;
+  addressed_until_ = now + kAwaitedRound;
+  for (const RoundMember& member : members) {
+    wished_[member.id] = member.period;
+    if (MostBytes() >= kLeastFrameBytes) {
+      Robot& robot = robots_[member.id];
+      robot.period = member.period * kPeriodUnit;
+      robot.due = now;
+      robot.heard = now;
+    }
+  }
+  active_ = robots_.size() > 1;
+}
+
 void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
   if (protocol::IsFromServer(message.opcode) || message.id == protocol::kBroadcastId) {
     return;
@@ -403,7 +419,7 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   for (Turn& turn : turns_) {
     protocol::RoundAnswer entry{protocol::kNoIntensities, 0};
     if (turn.answer) {
-      if (const auto in_round = InRound(*turn.answer)) {
+      if (const auto in_round = InRound(*turn.answer); in_round && now >= addressed_until_) {
         entry = *in_round;
       } else {
         messages.push_back(*turn.answer);

@@ -53,6 +53,11 @@ class Rounds {
  public:
   explicit Rounds(const ChannelOptions& options) : options_(options) {}
 
+  /// Goes on with the rounds of a server that has fallen silent, before anything was heard here:
+  /// the first ROUND, without answers, is due at once. For as long as a robot may still await one
+  /// of the other server, whose numbers may be the same, answers are frames of their own.
+  void Resume(const std::vector<RoundMember>& members, Time now);
+
   /// A message was read whole at `at`; its last byte arrived after `since`.
   void OnHeard(const protocol::Message& message, Time at, Time since);
   /// Something was heard, whole or not; `damaged`: a frame that was not whole ended.
@@ -133,6 +138,7 @@ class Rounds {
   std::array<uint8_t, 256> wished_{};  // periods in the last HELLO of each
   std::vector<Turn> turns_;            // of the round in progress
   bool active_ = false;
+  Time addressed_until_ = Time::min();  // answers are not in the ROUND
   std::optional<Time> begin_;  // of the first ROUND at the earliest; empty: there was no HELLO
   uint32_t order_ = 1;         // a linear congruential generator
   uint8_t number_ = 0;         // of the last ROUND

@@ -56,6 +56,59 @@ TEST_F(RoundsTest, ARobotThatWasNotHeardIsToldToSendAgain) {
   }
 }
 
+// A robot may still await a ROUND of the server before, whose number may be that of one of these:
+// it would take another robot's intensities for its own.
+TEST(Rounds, AServerThatTakesOverBeginsAtOnceAndAnswersByFramesUntilNoneIsAwaited) {
+  ChannelOptions options = testing::Options(9'600, 2ms);
+  options.quiet_start = kAwaitedRound;
+  testing::Air air(options);
+  const Time start = air.now();
+  for (const uint8_t id : {uint8_t{1}, uint8_t{2}, uint8_t{3}}) {
+    air.in_turn[id] = [id] { return Sense(id, 7); };
+  }
+  air.channel().Resume({{1, 10}, {2, 10}, {3, 10}}, start);
+  air.AdvanceTo(start + 5s);
+  ASSERT_FALSE(air.sent().empty());
+  const Sent& first = air.sent().front();
+  EXPECT_LE(first.begin, start + 50ms);
+  ASSERT_TRUE(first.round());
+  EXPECT_EQ(first.messages.size(), 1u);
+  EXPECT_EQ(first.round()->answer_count, 0);
+  EXPECT_EQ(first.round()->turn_count, 3);
+  int addressed = 0;
+  int in_rounds = 0;
+  for (size_t i = 1; i < air.sent().size(); ++i) {
+    const Sent& sent = air.sent()[i];
+    const auto round = sent.round();
+    ASSERT_TRUE(round);
+    for (int turn = 0; turn < round->answer_count; ++turn) {
+      const uint8_t id = air.sent()[i - 1].round()->turns[turn];
+      const protocol::RoundAnswer expected = IntensitiesOf(id, 7);
+      if (sent.begin < start + kAwaitedRound) {
+        EXPECT_EQ(round->answers[turn].left, protocol::kNoIntensities);
+        EXPECT_EQ(round->answers[turn].right, 0);
+        EXPECT_TRUE(std::any_of(sent.messages.begin(), sent.messages.end(), [&](const auto& it) {
+          protocol::SenseAnswer answer;
+          return Decode(it, &answer) && answer.id == id && answer.left == expected.left;
+        }));
+        ++addressed;
+      } else {
+        EXPECT_EQ(round->answers[turn].left, expected.left);
+        ++in_rounds;
+      }
+    }
+  }
+  EXPECT_GT(addressed, 20);
+  EXPECT_GT(in_rounds, 20);
+}
+
+TEST(Rounds, AServerThatTakesOverOneRobotOrNoneGivesNoTurns) {
+  testing::Air air(testing::Options(9'600, 2ms));
+  air.channel().Resume({{1, 10}}, air.now());
+  air.AdvanceTo(air.now() + 5s);
+  EXPECT_TRUE(air.sent().empty());
+}
+
 // What was sent in a turn of the ROUND before, and was held back or read late, is no answer's cause
 // in this one: its robot may send a change meanwhile, which the ROUND would acknowledge.
 class ReadLate : public RoundsTest {
