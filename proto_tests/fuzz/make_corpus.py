@@ -346,7 +346,7 @@ def main(folder):
     (folder / "message" / "longer_than_any").write_bytes(bytes([7, 0x71]) + bytes(65))
     default = (ROOT / "server/config/default.toml").read_bytes()
     (folder / "config" / "default").write_bytes(default)
-    cluster = default[default.index(b"# [cluster]"):default.index(b"# And in a serial [[link]]")]
+    cluster = default[default.index(b"# [cluster]"):default.index(b"# And in a serial or pty [[link]]")]
     (folder / "config" / "cluster").write_bytes(
         default + b"".join(line.removeprefix(b"# ") for line in cluster.splitlines(True)))
     plain = [line.split(b"#")[0].strip() for line in default.splitlines()]

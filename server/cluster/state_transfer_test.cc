@@ -56,7 +56,8 @@ class StateTransferTest : public testing::Test {
     }
   }
   void ExpectNoFile() {
-    for (const std::string& name : folder_.List().value()) {
+    const auto files = folder_.List();
+    for (const std::string& name : files.value()) {
       ADD_FAILURE() << name;
     }
   }
