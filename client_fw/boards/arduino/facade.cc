@@ -94,7 +94,8 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
     memory.requests.nonce = board_.stored.version();
     Seal(&memory.requests);
     memory.odometry = client::Odometry{0, 0, 0};
-    memory.crc = CheckOf(memory.odometry);
+    memory.crc =
+        static_cast<uint16_t>(CheckOf(memory.odometry) + (parameters_.pose_lost ? 1u : 0u));
     memory.guard = kGuard;
   }
   parameters_.id = id_;
@@ -107,7 +108,9 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
 }
 
 void Pheromone::step() {
-  if (wheels_->step(static_cast<uint16_t>(millis())) && wheels_->odometry(&memory.odometry)) {
+  // A pose that is lost stays so over a reset.
+  if (wheels_->step(static_cast<uint16_t>(millis())) && wheels_->odometry(&memory.odometry) &&
+      (stop_flags() & client::kPoseLost) == 0) {
     memory.crc = CheckOf(memory.odometry);
   }
   robot_->Step();

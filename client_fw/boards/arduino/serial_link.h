@@ -4,9 +4,9 @@
 //   PheromoneSerial link(Serial1, 9600, 4);         // pin 4 keys it (PTT), high
 //   void setup() { Serial1.begin(9600); ... }       // 8N1, before robot.begin
 //
-// The UART must send by itself and say how much it can take (availableForWrite), as HardwareSerial
-// does. SoftwareSerial does not: it masks interrupts for the time of a byte, and encoders lose
-// ticks.
+// Nothing else may be written to it. The UART must send by itself and say how much it can take
+// (availableForWrite), as HardwareSerial does. SoftwareSerial does not: it masks interrupts for the
+// time of a byte, and encoders lose ticks.
 //
 // An Arduino core does not say when the last stop bit has left. Its ring is empty when the last
 // byte has gone to the UART, which holds two at most; so the end is two bytes' time later.

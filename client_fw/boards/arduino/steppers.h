@@ -25,7 +25,7 @@ struct StepperPins {
 struct StepperConfig {
   uint32_t step_nm;         ///< what a wheel rolls in a step
   uint32_t track_um;        ///< between the planes of the wheels
-  int16_t full_speed_mm_s;  ///< what the motors can do without losing steps
+  int16_t full_speed_mm_s;  ///< what the motors can do without losing steps; at most 650
   int16_t acceleration_mm_s2;
   StepperPins left;
   StepperPins right;
