@@ -1,10 +1,21 @@
 # Lays out the Arduino library and packs it:
 #
-#   cmake -DSOURCE=. -DTO=build/arduino/Pheromone -DVERSION=0.1.0 -P library.cmake
+#   cmake [-DTO=build/arduino/Pheromone] -P client_fw/boards/arduino/library.cmake
 #
-# makes the folder TO and TO.zip. The sources keep their paths under src/, which Arduino looks for
-# includes in; .cc becomes .cpp, since it compiles nothing else. A #define in a sketch does not reach
-# the library, so what the firmware's images are told by options of the compiler becomes the default.
+# makes the folder TO and TO.zip, and needs no other build. The sources keep their paths under src/,
+# which Arduino looks for includes in; .cc becomes .cpp, since it compiles nothing else. A #define in a
+# sketch does not reach the library, so what the firmware's images are told by options of the compiler
+# becomes the default.
+cmake_minimum_required(VERSION 3.25)
+cmake_path(ABSOLUTE_PATH CMAKE_CURRENT_LIST_DIR OUTPUT_VARIABLE SOURCE)
+cmake_path(SET SOURCE NORMALIZE ${SOURCE}/../../..)
+cmake_path(GET SOURCE PARENT_PATH SOURCE)  # without the slash at its end
+if(NOT TO)
+  set(TO ${SOURCE}/build/arduino/Pheromone)
+endif()
+file(STRINGS ${SOURCE}/CMakeLists.txt project REGEX "^project\\(pheromone VERSION")
+string(REGEX MATCH "[0-9]+\\.[0-9]+\\.[0-9]+" PROJECT_VERSION "${project}")
+
 set(boards client_fw/boards)
 set(globs protocol/*.h protocol/*.cc client_fw/core/*.h client_fw/core/*.cc ${boards}/arduino/*.h
           ${boards}/arduino/*.cc)
@@ -36,7 +47,6 @@ if(defaults)
   message(FATAL_ERROR "no file has a default of 1 for ${defaults}")
 endif()
 
-set(PROJECT_VERSION ${VERSION})
 foreach(file library.properties library.json)
   configure_file(${SOURCE}/${boards}/arduino/${file} ${TO}/${file} @ONLY)
 endforeach()
@@ -45,3 +55,4 @@ cmake_path(GET TO PARENT_PATH folder)
 cmake_path(GET TO FILENAME name)
 execute_process(COMMAND ${CMAKE_COMMAND} -E tar cf ${name}.zip --format=zip ${name}
   WORKING_DIRECTORY ${folder} COMMAND_ERROR_IS_FATAL ANY)
+message(STATUS "${TO}.zip")
