@@ -170,7 +170,8 @@ constexpr Sizer SizeOf(bool wide = false) {
 template <typename Wanted>
 class OffsetFinder : public IgnoresHeader<OffsetFinder<Wanted>> {
  public:
-  constexpr explicit OffsetFinder(const Wanted* wanted) : OffsetFinder(wanted, 0, false) {}
+  constexpr explicit OffsetFinder(const Wanted* wanted)
+      : wanted_(wanted), offset_(0), found_(false) {}
 
   template <typename T>
   constexpr OffsetFinder Field(const char* /*name*/, const T& field) const {

@@ -19,7 +19,8 @@
 namespace pheromone {
 namespace arduino {
 
-class PheromoneSerial : public PheromoneLink {
+// NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor): it is never deleted
+class PheromoneSerial final : public PheromoneLink {
  public:
   /// `key_pin`: -1, none. The stream must outlive the link.
   constexpr PheromoneSerial(Stream& stream, uint32_t baud, int8_t key_pin = -1)

@@ -32,7 +32,8 @@ struct StepperConfig {
   uint8_t reversed;  ///< bit 0: DIR of the left motor is high forwards; bit 1: of the right one
 };
 
-class Steppers : public PheromoneWheels {
+// NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor): it is never deleted
+class Steppers final : public PheromoneWheels {
  public:
   static constexpr uint16_t kTicksPerSecond = 10000;
 

@@ -25,7 +25,8 @@ struct WheelConfig {
   int16_t full_speed_mm_s;  ///< at power 255, with a battery that is nearly empty
 };
 
-class TwoWheels : public PheromoneWheels {
+// NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor): it is never deleted
+class TwoWheels final : public PheromoneWheels {
  public:
   using Power = void (*)(int16_t left, int16_t right);
   using Ticks = void (*)(int16_t* left, int16_t* right);

@@ -19,7 +19,8 @@ namespace pheromone {
 namespace arduino {
 
 template <class Udp>
-class PheromoneUdp : public PheromoneLink {
+// NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor): it is never deleted
+class PheromoneUdp final : public PheromoneLink {
  public:
   /// `udp` must outlive the link.
   PheromoneUdp(Udp& udp, IPAddress server, uint16_t port, uint16_t own_port = 4951)

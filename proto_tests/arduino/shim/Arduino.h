@@ -2,6 +2,8 @@
 // library: they are compiled against it for the ESPs' processors, and run on a host (host.cc).
 #pragma once
 
+// NOLINTBEGIN: the names are Arduino's
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -48,3 +50,5 @@ using namespace shim;
 // The sketch's.
 void setup();
 void loop();
+
+// NOLINTEND

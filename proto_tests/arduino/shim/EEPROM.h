@@ -1,6 +1,8 @@
 // ESPs' header of this name: Arduino.h.
 #pragma once
 
+// NOLINTBEGIN: the names are Arduino's
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -19,3 +21,5 @@ extern EEPROMClass EEPROM;
 }  // namespace shim
 
 using namespace shim;
+
+// NOLINTEND

@@ -1,6 +1,8 @@
 // Arduino's header of this name: Arduino.h.
 #pragma once
 
+// NOLINTBEGIN: the names are Arduino's
+
 #include <stdint.h>
 
 namespace shim {
@@ -15,3 +17,5 @@ class IPAddress {
 }  // namespace shim
 
 using namespace shim;
+
+// NOLINTEND

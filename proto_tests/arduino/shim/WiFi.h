@@ -1,6 +1,8 @@
 // ESP32's header of this name: Arduino.h.
 #pragma once
 
+// NOLINTBEGIN: the names are Arduino's
+
 namespace shim {
 
 enum WiFiMode { WIFI_STA };
@@ -18,3 +20,5 @@ extern WiFiClass WiFi;
 }  // namespace shim
 
 using namespace shim;
+
+// NOLINTEND

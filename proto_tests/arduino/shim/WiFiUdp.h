@@ -1,6 +1,8 @@
 // ESPs' header of this name: Arduino.h.
 #pragma once
 
+// NOLINTBEGIN: the names are Arduino's
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -22,3 +24,5 @@ class WiFiUDP {
 }  // namespace shim
 
 using namespace shim;
+
+// NOLINTEND
