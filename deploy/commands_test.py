@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Runs the commands of README.md, of the first steps (deploy/examples/README.md), of the Python
-package's page (deploy/python/README.md) and of the manual pages' EXAMPLES, literally and in order, each page in a shell and a folder of its own.
+"""Runs the commands of README.md, of the first steps (deploy/examples/README.md), of the pages about the
+Python package (deploy/python) and Arduinos (client_fw/boards/arduino), and of the manual pages' EXAMPLES, literally and in order, each page in a shell and a folder of its own.
 
     commands_test.py BIN_DIR [UNITTEST ARGUMENT...]
 
@@ -196,6 +196,10 @@ class ReadmeTest(Page):
 
     def test_first_steps(self):
         self.follow(blocks_of((EXAMPLES / "README.md").read_text(encoding="utf-8")))
+
+    def test_arduino(self):
+        page = ROOT / "client_fw" / "boards" / "arduino" / "README.md"
+        self.follow(blocks_of(page.read_text(encoding="utf-8")))
 
 
 class PythonTest(Page):

@@ -3,7 +3,7 @@
 //   DLE STX | CLIENT_ID | OPCODE | DATA ... | CRC low | CRC high | DLE ETX
 //
 // Every 0x10 between the delimiters is sent twice (Susnea et al. 2009, "Notes on the Communication
-// Protocol"). Freestanding C++14: the same source serves the server and the robots.
+// Protocol"). Freestanding C++11: the same source serves the server and the robots.
 #pragma once
 
 #include <stddef.h>

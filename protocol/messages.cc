@@ -16,40 +16,69 @@ class Reader {
  public:
   Reader(const Message& from, uint8_t rest) : from_(from), at_(from.data), rest_(rest) {}
 
-  void Id(uint8_t& id) { id = from_.id; }
-  void ToAll() {}
-  void Opcode(const char* /*name*/, uint8_t /*opcode*/) {}
-  void Opcode(const char* /*flag_name*/, bool& flag, const char* /*name*/, uint8_t /*opcode*/,
-              const char* /*name_if_set*/, uint8_t if_set) {
+  Reader& Id(uint8_t& id) {
+    id = from_.id;
+    return *this;
+  }
+  Reader& ToAll() { return *this; }
+  Reader& Opcode(const char* /*name*/, uint8_t /*opcode*/) { return *this; }
+  Reader& Opcode(const char* /*flag_name*/, bool& flag, const char* /*name*/, uint8_t /*opcode*/,
+                 const char* /*name_if_set*/, uint8_t if_set) {
     flag = from_.opcode == if_set;
+    return *this;
   }
-  void Typed(uint8_t& type, const char* /*name*/, unsigned /*service*/) {
+  Reader& Typed(uint8_t& type, const char* /*name*/, unsigned /*service*/) {
     type = TypeOf(from_.opcode);
+    return *this;
   }
-  void Typed(uint8_t& type, bool& is_wide, const char* /*name*/, unsigned /*service*/,
-             const char* /*wide_name*/, unsigned wide) {
+  Reader& Typed(uint8_t& type, bool& is_wide, const char* /*name*/, unsigned /*service*/,
+                const char* /*wide_name*/, unsigned wide) {
     type = TypeOf(from_.opcode);
     is_wide = (from_.opcode & 0xF0u) == wide;
+    return *this;
   }
 
-  PHEROMONE_INLINE void operator()(const char* /*name*/, uint8_t& to) { to = *at_++; }
-  PHEROMONE_INLINE void operator()(const char* /*name*/, uint16_t& to) { to = GetU16(Pass(2)); }
-  PHEROMONE_INLINE void operator()(const char* /*name*/, int16_t& to) { to = GetI16(Pass(2)); }
-  PHEROMONE_INLINE void operator()(const char* /*name*/, uint32_t& to) { to = GetU32(Pass(4)); }
-  PHEROMONE_INLINE void operator()(const char* /*name*/, int32_t& to) { to = GetI32(Pass(4)); }
+  PHEROMONE_INLINE Reader& Field(const char* /*name*/, uint8_t& to) {
+    to = *at_++;
+    return *this;
+  }
+  PHEROMONE_INLINE Reader& Field(const char* /*name*/, uint16_t& to) {
+    to = GetU16(Pass(2));
+    return *this;
+  }
+  PHEROMONE_INLINE Reader& Field(const char* /*name*/, int16_t& to) {
+    to = GetI16(Pass(2));
+    return *this;
+  }
+  PHEROMONE_INLINE Reader& Field(const char* /*name*/, uint32_t& to) {
+    to = GetU32(Pass(4));
+    return *this;
+  }
+  PHEROMONE_INLINE Reader& Field(const char* /*name*/, int32_t& to) {
+    to = GetI32(Pass(4));
+    return *this;
+  }
   template <typename Code>
-  void operator()(const char* /*name*/, Code& to) {
+  Reader& Field(const char* /*name*/, Code& to) {
     to = static_cast<Code>(*at_++);
+    return *this;
   }
-  void Coordinate(const char* /*name*/, int32_t& to, bool wide) {
+  Reader& Coordinate(const char* /*name*/, int32_t& to, const bool& wide) {
     to = wide ? GetI32(Pass(4)) : GetI16(Pass(2));
+    return *this;
   }
-  void Nibbles(const char* /*high_name*/, uint8_t& high, const char* /*low_name*/, uint8_t& low) {
+  Reader& Nibbles(const char* /*high_name*/, uint8_t& high, const char* /*low_name*/,
+                  uint8_t& low) {
     high = static_cast<uint8_t>(*at_ >> 4);
     low = *at_++ & 0x0Fu;
+    return *this;
+  }
+  template <uint8_t size>
+  Reader& Arguments(const char* name, uint8_t (&bytes)[size], const CommandCode& code) {
+    return Some(name, bytes, ArgumentsInUse(code));
   }
   template <typename Item, uint8_t size>
-  void Some(const char* /*name*/, Item (&items)[size], uint8_t count) {
+  Reader& Some(const char* /*name*/, Item (&items)[size], const uint8_t& count) {
     uint8_t i = 0;
     for (; i < count; ++i) {
       ReadItem(items[i]);
@@ -57,11 +86,12 @@ class Reader {
     for (; i < size; ++i) {
       items[i] = Item();
     }
+    return *this;
   }
   template <typename Item, unsigned size>
-  void Rest(const char* name, Item (&items)[size], uint8_t& count) {
+  Reader& Rest(const char* name, Item (&items)[size], uint8_t& count) {
     count = static_cast<uint8_t>(rest_ / Sizer::BytesOf(items[0]));
-    Some(name, items, count);
+    return Some(name, items, count);
   }
 
  private:
@@ -93,59 +123,85 @@ class Writer {
   // Whether all coordinates fit.
   bool fits() const { return fits_; }
 
-  void Id(const uint8_t& id) { to_->id = id; }
-  void ToAll() { to_->id = kBroadcastId; }
-  void Opcode(const char* /*name*/, uint8_t opcode) { to_->opcode = opcode; }
-  void Opcode(const char* /*flag_name*/, const bool& flag, const char* /*name*/, uint8_t opcode,
-              const char* /*name_if_set*/, uint8_t if_set) {
+  Writer& Id(const uint8_t& id) {
+    to_->id = id;
+    return *this;
+  }
+  Writer& ToAll() {
+    to_->id = kBroadcastId;
+    return *this;
+  }
+  Writer& Opcode(const char* /*name*/, uint8_t opcode) {
+    to_->opcode = opcode;
+    return *this;
+  }
+  Writer& Opcode(const char* /*flag_name*/, const bool& flag, const char* /*name*/, uint8_t opcode,
+                 const char* /*name_if_set*/, uint8_t if_set) {
     to_->opcode = flag ? if_set : opcode;
+    return *this;
   }
-  void Typed(const uint8_t& type, const char* /*name*/, unsigned service) {
+  Writer& Typed(const uint8_t& type, const char* /*name*/, unsigned service) {
     to_->opcode = static_cast<uint8_t>(service | (type & 0x0Fu));
+    return *this;
   }
-  void Typed(const uint8_t& type, const bool& is_wide, const char* name, unsigned narrow,
-             const char* /*wide_name*/, unsigned wide) {
-    Typed(type, name, is_wide ? wide : narrow);
+  Writer& Typed(const uint8_t& type, const bool& is_wide, const char* name, unsigned narrow,
+                const char* /*wide_name*/, unsigned wide) {
+    return Typed(type, name, is_wide ? wide : narrow);
   }
 
-  PHEROMONE_INLINE void operator()(const char* /*name*/, const uint8_t& from) { *Add(1) = from; }
-  PHEROMONE_INLINE void operator()(const char* /*name*/, const uint16_t& from) {
+  PHEROMONE_INLINE Writer& Field(const char* /*name*/, const uint8_t& from) {
+    *Add(1) = from;
+    return *this;
+  }
+  PHEROMONE_INLINE Writer& Field(const char* /*name*/, const uint16_t& from) {
     PutU16(Add(2), from);
+    return *this;
   }
-  PHEROMONE_INLINE void operator()(const char* /*name*/, const int16_t& from) {
+  PHEROMONE_INLINE Writer& Field(const char* /*name*/, const int16_t& from) {
     PutI16(Add(2), from);
+    return *this;
   }
-  PHEROMONE_INLINE void operator()(const char* /*name*/, const uint32_t& from) {
+  PHEROMONE_INLINE Writer& Field(const char* /*name*/, const uint32_t& from) {
     PutU32(Add(4), from);
+    return *this;
   }
-  PHEROMONE_INLINE void operator()(const char* /*name*/, const int32_t& from) {
+  PHEROMONE_INLINE Writer& Field(const char* /*name*/, const int32_t& from) {
     PutI32(Add(4), from);
+    return *this;
   }
   template <typename Code>
-  void operator()(const char* /*name*/, const Code& from) {
+  Writer& Field(const char* /*name*/, const Code& from) {
     *Add(1) = static_cast<uint8_t>(from);
+    return *this;
   }
-  void Coordinate(const char* /*name*/, const int32_t& from, bool wide) {
+  Writer& Coordinate(const char* /*name*/, const int32_t& from, const bool& wide) {
     if (wide) {
       PutI32(Add(4), from);
     } else {
       fits_ = fits_ && FitsNarrow(from, 0);
       PutU16(Add(2), static_cast<uint16_t>(static_cast<uint32_t>(from) & 0xFFFFu));
     }
+    return *this;
   }
-  void Nibbles(const char* /*high_name*/, const uint8_t& high, const char* /*low_name*/,
-               const uint8_t& low) {
+  Writer& Nibbles(const char* /*high_name*/, const uint8_t& high, const char* /*low_name*/,
+                  const uint8_t& low) {
     *Add(1) = static_cast<uint8_t>(high << 4 | low);
+    return *this;
+  }
+  template <unsigned size>
+  Writer& Arguments(const char* name, const uint8_t (&bytes)[size], const CommandCode& code) {
+    return Some(name, bytes, ArgumentsInUse(code));
   }
   template <typename Item, unsigned size>
-  void Some(const char* /*name*/, const Item (&items)[size], uint8_t count) {
+  Writer& Some(const char* /*name*/, const Item (&items)[size], const uint8_t& count) {
     for (uint8_t i = 0; i < count && i < size; ++i) {
       WriteItem(items[i]);
     }
+    return *this;
   }
   template <typename Item, unsigned size>
-  void Rest(const char* name, const Item (&items)[size], const uint8_t& count) {
-    Some(name, items, count);
+  Writer& Rest(const char* name, const Item (&items)[size], const uint8_t& count) {
+    return Some(name, items, count);
   }
 
  private:
@@ -170,8 +226,7 @@ class Writer {
 struct LengthFinder {
   template <typename M>
   void Visit(const M& message) {
-    OpcodeMatcher matcher(opcode);
-    M::Fields(message, matcher);
+    const OpcodeMatcher matcher = M::Fields(message, OpcodeMatcher(opcode));
     if (matcher.matches) {
       constexpr Sizer kNarrow = SizeOf<M>(false);
       constexpr Sizer kWide = SizeOf<M>(true);
@@ -249,8 +304,7 @@ LengthRule LengthOf(uint8_t opcode) {
 
 template <typename M>
 bool Decode(const Message& from, M* to) {
-  OpcodeMatcher matcher(from.opcode);
-  M::Fields(*to, matcher);
+  const OpcodeMatcher matcher = M::Fields(*to, OpcodeMatcher(from.opcode));
   constexpr Sizer kNarrow = SizeOf<M>(false);
   constexpr Sizer kWide = SizeOf<M>(true);
   const uint8_t least = matcher.flag ? kWide.least : kNarrow.least;

@@ -46,12 +46,12 @@ struct SenseRequest {
   WirePose pose;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Typed(it.type, it.wide, "SENSE", kSense, "SENSE_WIDE", kSenseWide);
-    visit.Coordinate("x", it.pose.x, it.wide);
-    visit.Coordinate("y", it.pose.y, it.wide);
-    visit("heading", it.pose.heading);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Typed(it.type, it.wide, "SENSE", kSense, "SENSE_WIDE", kSenseWide)
+        .Coordinate("x", it.pose.x, it.wide)
+        .Coordinate("y", it.pose.y, it.wide)
+        .Field("heading", it.pose.heading);
   }
 };
 
@@ -64,12 +64,12 @@ struct SenseAnswer {
   int16_t right = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Typed(it.type, it.wide, "SENSE_ANSWER", kFromServer | kSense, "SENSE_WIDE_ANSWER",
-                kFromServer | kSenseWide);
-    visit("left", it.left);
-    visit("right", it.right);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Typed(it.type, it.wide, "SENSE_ANSWER", kFromServer | kSense, "SENSE_WIDE_ANSWER",
+               kFromServer | kSenseWide)
+        .Field("left", it.left)
+        .Field("right", it.right);
   }
 };
 
@@ -82,13 +82,13 @@ struct DepositRequest {
   uint8_t quanta = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Typed(it.type, "DEPOSIT", kDeposit);
-    visit("seq", it.seq);
-    visit("x", it.x);
-    visit("y", it.y);
-    visit("quanta", it.quanta);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Typed(it.type, "DEPOSIT", kDeposit)
+        .Field("seq", it.seq)
+        .Field("x", it.x)
+        .Field("y", it.y)
+        .Field("quanta", it.quanta);
   }
 };
 
@@ -98,10 +98,10 @@ struct DepositAnswer {
   uint8_t seq = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Typed(it.type, "DEPOSIT_ANSWER", kFromServer | kDeposit);
-    visit("seq", it.seq);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Typed(it.type, "DEPOSIT_ANSWER", kFromServer | kDeposit)
+        .Field("seq", it.seq);
   }
 };
 
@@ -114,13 +114,13 @@ struct TraceRequest {
   WirePose pose;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Typed(it.type, it.wide, "TRACE", kTrace, "TRACE_WIDE", kTraceWide);
-    visit("seq", it.seq);
-    visit.Coordinate("x", it.pose.x, it.wide);
-    visit.Coordinate("y", it.pose.y, it.wide);
-    visit("heading", it.pose.heading);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Typed(it.type, it.wide, "TRACE", kTrace, "TRACE_WIDE", kTraceWide)
+        .Field("seq", it.seq)
+        .Coordinate("x", it.pose.x, it.wide)
+        .Coordinate("y", it.pose.y, it.wide)
+        .Field("heading", it.pose.heading);
   }
 };
 
@@ -133,18 +133,18 @@ struct TraceAnswer {
   int16_t right = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Typed(it.type, it.wide, "TRACE_ANSWER", kFromServer | kTrace, "TRACE_WIDE_ANSWER",
-                kFromServer | kTraceWide);
-    visit("seq", it.seq);
-    visit("left", it.left);
-    visit("right", it.right);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Typed(it.type, it.wide, "TRACE_ANSWER", kFromServer | kTrace, "TRACE_WIDE_ANSWER",
+               kFromServer | kTraceWide)
+        .Field("seq", it.seq)
+        .Field("left", it.left)
+        .Field("right", it.right);
   }
 };
 
-/// CommandArgumentLength, for the list of fields below.
-constexpr uint8_t ArgumentLengthOf(uint8_t code) {
+/// CommandArgumentLength, inline: which makes AVR images 54 bytes smaller.
+inline uint8_t ArgumentLengthOf(uint8_t code) {
   switch (static_cast<CommandCode>(code)) {
     case CommandCode::kHalt:
     case CommandCode::kResume:
@@ -165,7 +165,7 @@ constexpr uint8_t ArgumentLengthOf(uint8_t code) {
 }
 
 /// How many of a Command's arguments are in use: none if the code is unknown.
-constexpr uint8_t ArgumentsInUse(CommandCode code) {
+inline uint8_t ArgumentsInUse(CommandCode code) {
   return ArgumentLengthOf(static_cast<uint8_t>(code)) <= kMaxCommandArguments
              ? ArgumentLengthOf(static_cast<uint8_t>(code))
              : uint8_t{0};
@@ -179,12 +179,12 @@ struct Command {
   uint8_t arguments[kMaxCommandArguments] = {};
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("COMMAND", kCommand);
-    visit("seq", it.seq);
-    visit("code", it.code);
-    visit.Some("arguments", it.arguments, ArgumentsInUse(it.code));
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("COMMAND", kCommand)
+        .Field("seq", it.seq)
+        .Field("code", it.code)
+        .Arguments("arguments", it.arguments, it.code);
   }
 };
 
@@ -195,12 +195,12 @@ struct CommandAck {
   int16_t result = 0;  ///< 0 accepted, else a Reason
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("COMMAND_ACK", kCommandAck);
-    visit("seq", it.seq);
-    visit("code", it.code);
-    visit("result", it.result);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("COMMAND_ACK", kCommandAck)
+        .Field("seq", it.seq)
+        .Field("code", it.code)
+        .Field("result", it.result);
   }
 };
 
@@ -211,12 +211,12 @@ struct EventReport {
   int16_t argument = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("EVENT", kEvent);
-    visit("seq", it.seq);
-    visit("code", it.code);
-    visit("argument", it.argument);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("EVENT", kEvent)
+        .Field("seq", it.seq)
+        .Field("code", it.code)
+        .Field("argument", it.argument);
   }
 };
 
@@ -225,10 +225,8 @@ struct EventAck {
   uint8_t seq = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("EVENT_ACK", kEventAck);
-    visit("seq", it.seq);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id).Opcode("EVENT_ACK", kEventAck).Field("seq", it.seq);
   }
 };
 
@@ -239,12 +237,12 @@ struct HelloRequest {
   uint8_t round_period = 0;  ///< it wants turns this often, in kRoundPeriodMs; 0: none
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("HELLO", kHello);
-    visit("nonce", it.nonce);
-    visit("firmware_version", it.firmware_version);
-    visit("round_period", it.round_period);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("HELLO", kHello)
+        .Field("nonce", it.nonce)
+        .Field("firmware_version", it.firmware_version)
+        .Field("round_period", it.round_period);
   }
 };
 
@@ -262,19 +260,19 @@ struct HelloAnswer {
   uint8_t last_seq = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("HELLO_ANSWER", kHelloAnswer);
-    visit("nonce", it.nonce);
-    visit("protocol_version", it.protocol_version);
-    visit("epoch", it.epoch);
-    visit("pose_unit_10um", it.pose_unit_10um);
-    visit("antenna_distance_mm", it.antenna_distance_mm);
-    visit("type_mask", it.type_mask);
-    visit("slot_ms", it.slot_ms);
-    visit("response_window_ms", it.response_window_ms);
-    visit("last_opcode", it.last_opcode);
-    visit("last_seq", it.last_seq);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("HELLO_ANSWER", kHelloAnswer)
+        .Field("nonce", it.nonce)
+        .Field("protocol_version", it.protocol_version)
+        .Field("epoch", it.epoch)
+        .Field("pose_unit_10um", it.pose_unit_10um)
+        .Field("antenna_distance_mm", it.antenna_distance_mm)
+        .Field("type_mask", it.type_mask)
+        .Field("slot_ms", it.slot_ms)
+        .Field("response_window_ms", it.response_window_ms)
+        .Field("last_opcode", it.last_opcode)
+        .Field("last_seq", it.last_seq);
   }
 };
 
@@ -286,10 +284,10 @@ struct Ping {
   uint8_t payload[kMaxPing] = {};
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("answer", it.answer, "PING", kPing, "PING_ANSWER", kPingAnswer);
-    visit.Rest("payload", it.payload, it.length);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("answer", it.answer, "PING", kPing, "PING_ANSWER", kPingAnswer)
+        .Rest("payload", it.payload, it.length);
   }
 };
 
@@ -300,12 +298,12 @@ struct ErrorAnswer {
   uint8_t seq = 0;  ///< 0 where the refused opcode has none
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("ERROR", kError);
-    visit("refused_opcode", it.refused_opcode);
-    visit("reason", it.reason);
-    visit("seq", it.seq);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("ERROR", kError)
+        .Field("refused_opcode", it.refused_opcode)
+        .Field("reason", it.reason)
+        .Field("seq", it.seq);
   }
 };
 
@@ -316,9 +314,8 @@ struct RoundAnswer {
   int16_t right = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit("left", it.left);
-    visit("right", it.right);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Field("left", it.left).Field("right", it.right);
   }
 };
 
@@ -335,17 +332,17 @@ struct Round {
   uint8_t turns[kMaxTurns] = {};   ///< whose they are
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.ToAll();
-    visit.Opcode("ROUND", kRound);
-    visit("number", it.number);
-    visit("turn_ms", it.turn_ms);
-    visit("turn_bytes", it.turn_bytes);
-    visit("slot_ms", it.slot_ms);
-    visit("open_slots", it.open_slots);
-    visit.Nibbles("turn_count", it.turn_count, "answer_count", it.answer_count);
-    visit.Some("answers", it.answers, it.answer_count);
-    visit.Some("turns", it.turns, it.turn_count);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.ToAll()
+        .Opcode("ROUND", kRound)
+        .Field("number", it.number)
+        .Field("turn_ms", it.turn_ms)
+        .Field("turn_bytes", it.turn_bytes)
+        .Field("slot_ms", it.slot_ms)
+        .Field("open_slots", it.open_slots)
+        .Nibbles("turn_count", it.turn_count, "answer_count", it.answer_count)
+        .Some("answers", it.answers, it.answer_count)
+        .Some("turns", it.turns, it.turn_count);
   }
 };
 

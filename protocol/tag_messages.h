@@ -79,13 +79,13 @@ enum class SymbolKind : uint8_t {
 
 /// Subject, predicate and object of a block.
 template <typename Word, typename Visit>
-constexpr void VisitStatement(Word* words, Visit& visit) {
-  visit("subject_namespace", words[0]);
-  visit("subject", words[1]);
-  visit("predicate_namespace", words[2]);
-  visit("predicate", words[3]);
-  visit("object_namespace", words[4]);
-  visit("object", words[5]);
+constexpr Visit VisitStatement(Word* words, Visit&& visit) {
+  return visit.Field("subject_namespace", words[0])
+      .Field("subject", words[1])
+      .Field("predicate_namespace", words[2])
+      .Field("predicate", words[3])
+      .Field("object_namespace", words[4])
+      .Field("object", words[5]);
 }
 
 /// Which tags are in range of (x, y), from the first number after `after` on.
@@ -96,12 +96,12 @@ struct ScanRequest {
   uint16_t after = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("SCAN", kScan);
-    visit("x", it.x);
-    visit("y", it.y);
-    visit("after", it.after);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("SCAN", kScan)
+        .Field("x", it.x)
+        .Field("y", it.y)
+        .Field("after", it.after);
   }
 };
 
@@ -113,11 +113,11 @@ struct TagInRange {
   uint16_t generation = 0;  ///< of the tag
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit("tag", it.tag);
-    visit("dx", it.dx);
-    visit("dy", it.dy);
-    visit("generation", it.generation);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Field("tag", it.tag)
+        .Field("dx", it.dx)
+        .Field("dy", it.dy)
+        .Field("generation", it.generation);
   }
 };
 
@@ -128,11 +128,11 @@ struct ScanAnswer {
   TagInRange rows[kMaxTagsInRange];
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("SCAN_ANSWER", kScanAnswer);
-    visit("more", it.more);
-    visit.Rest("rows", it.rows, it.count);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("SCAN_ANSWER", kScanAnswer)
+        .Field("more", it.more)
+        .Rest("rows", it.rows, it.count);
   }
 };
 
@@ -145,13 +145,13 @@ struct TagReadRequest {
   uint8_t slot = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("READ", kTagRead);
-    visit("x", it.x);
-    visit("y", it.y);
-    visit("tag", it.tag);
-    visit("slot", it.slot);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("READ", kTagRead)
+        .Field("x", it.x)
+        .Field("y", it.y)
+        .Field("tag", it.tag)
+        .Field("slot", it.slot);
   }
 };
 
@@ -169,20 +169,20 @@ struct TagReadAnswer {
   int32_t words[kTagWords] = {};
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("READ_ANSWER", kTagReadAnswer);
-    visit("tag", it.tag);
-    visit("slot", it.slot);
-    visit("next", it.next);
-    visit("slots", it.slots);
-    visit("tag_generation", it.tag_generation);
-    visit("slot_generation", it.slot_generation);
-    visit("lease_s", it.lease_s);
-    visit("flags", it.flags);
-    visit("author", it.words[kWordAuthor]);
-    visit("time", it.words[kWordTime]);
-    VisitStatement(it.words + kWordSubjectNamespace, visit);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return VisitStatement(it.words + kWordSubjectNamespace,
+                          visit.Id(it.id)
+                              .Opcode("READ_ANSWER", kTagReadAnswer)
+                              .Field("tag", it.tag)
+                              .Field("slot", it.slot)
+                              .Field("next", it.next)
+                              .Field("slots", it.slots)
+                              .Field("tag_generation", it.tag_generation)
+                              .Field("slot_generation", it.slot_generation)
+                              .Field("lease_s", it.lease_s)
+                              .Field("flags", it.flags)
+                              .Field("author", it.words[kWordAuthor])
+                              .Field("time", it.words[kWordTime]));
   }
 };
 
@@ -200,19 +200,18 @@ struct TagWriteRequest {
   int32_t words[kStatementWords] = {};
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("WRITE", kTagWrite);
-    visit("seq", it.seq);
-    visit("x", it.x);
-    visit("y", it.y);
-    visit("tag", it.tag);
-    visit("slot", it.slot);
-    visit("flags", it.flags);
-    visit("expected", it.expected);
-    visit("lease_s", it.lease_s);
-    visit("time", it.time);
-    VisitStatement(it.words, visit);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return VisitStatement(it.words, visit.Id(it.id)
+                                        .Opcode("WRITE", kTagWrite)
+                                        .Field("seq", it.seq)
+                                        .Field("x", it.x)
+                                        .Field("y", it.y)
+                                        .Field("tag", it.tag)
+                                        .Field("slot", it.slot)
+                                        .Field("flags", it.flags)
+                                        .Field("expected", it.expected)
+                                        .Field("lease_s", it.lease_s)
+                                        .Field("time", it.time));
   }
 };
 
@@ -227,16 +226,16 @@ struct TagEraseRequest {
   uint16_t expected = 0;  ///< generation of the slot
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("ERASE", kTagErase);
-    visit("seq", it.seq);
-    visit("x", it.x);
-    visit("y", it.y);
-    visit("tag", it.tag);
-    visit("slot", it.slot);
-    visit("flags", it.flags);
-    visit("expected", it.expected);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("ERASE", kTagErase)
+        .Field("seq", it.seq)
+        .Field("x", it.x)
+        .Field("y", it.y)
+        .Field("tag", it.tag)
+        .Field("slot", it.slot)
+        .Field("flags", it.flags)
+        .Field("expected", it.expected);
   }
 };
 
@@ -251,15 +250,15 @@ struct TagWritten {
   uint16_t tag_generation = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("erased", it.erased, "WRITE_ANSWER", kTagWriteAnswer, "ERASE_ANSWER",
-                 kTagEraseAnswer);
-    visit("seq", it.seq);
-    visit("tag", it.tag);
-    visit("slot", it.slot);
-    visit("slot_generation", it.slot_generation);
-    visit("tag_generation", it.tag_generation);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("erased", it.erased, "WRITE_ANSWER", kTagWriteAnswer, "ERASE_ANSWER",
+                kTagEraseAnswer)
+        .Field("seq", it.seq)
+        .Field("tag", it.tag)
+        .Field("slot", it.slot)
+        .Field("slot_generation", it.slot_generation)
+        .Field("tag_generation", it.tag_generation);
   }
 };
 
@@ -273,13 +272,13 @@ struct SymbolRequest {
   uint8_t text[kMaxSymbolText] = {};  ///< UTF-8
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("SYMBOL", kSymbol);
-    visit("seq", it.seq);
-    visit("kind", it.kind);
-    visit("number", it.number);
-    visit.Rest("text", it.text, it.length);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("SYMBOL", kSymbol)
+        .Field("seq", it.seq)
+        .Field("kind", it.kind)
+        .Field("number", it.number)
+        .Rest("text", it.text, it.length);
   }
 };
 
@@ -290,12 +289,12 @@ struct SymbolAnswer {
   int32_t number = 0;
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("SYMBOL_ANSWER", kSymbolAnswer);
-    visit("seq", it.seq);
-    visit("kind", it.kind);
-    visit("number", it.number);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("SYMBOL_ANSWER", kSymbolAnswer)
+        .Field("seq", it.seq)
+        .Field("kind", it.kind)
+        .Field("number", it.number);
   }
 };
 
@@ -307,13 +306,13 @@ struct ResolveRequest {
   uint8_t offset = 0;  ///< of the first byte of text wanted
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("RESOLVE", kResolve);
-    visit("kind", it.kind);
-    visit("robot", it.robot);
-    visit("number", it.number);
-    visit("offset", it.offset);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("RESOLVE", kResolve)
+        .Field("kind", it.kind)
+        .Field("robot", it.robot)
+        .Field("number", it.number)
+        .Field("offset", it.offset);
   }
 };
 
@@ -328,15 +327,15 @@ struct ResolveAnswer {
   uint8_t text[kMaxResolvedText] = {};
 
   template <typename Self, typename Visit>
-  static constexpr void Fields(Self& it, Visit&& visit) {
-    visit.Id(it.id);
-    visit.Opcode("RESOLVE_ANSWER", kResolveAnswer);
-    visit("kind", it.kind);
-    visit("robot", it.robot);
-    visit("number", it.number);
-    visit("rows", it.rows);
-    visit("text_length", it.length);
-    visit.Rest("text", it.text, it.count);
+  static constexpr Visit Fields(Self& it, Visit&& visit) {
+    return visit.Id(it.id)
+        .Opcode("RESOLVE_ANSWER", kResolveAnswer)
+        .Field("kind", it.kind)
+        .Field("robot", it.robot)
+        .Field("number", it.number)
+        .Field("rows", it.rows)
+        .Field("text_length", it.length)
+        .Rest("text", it.text, it.count);
   }
 };
 

@@ -5,7 +5,8 @@
 #         -P without_tools_test.cmake
 #
 # A tool is hidden by the empty path, which CMake takes for a search that has been made.
-set(without_compilers -DPHEROMONE_AVR_COMPILER= -DPHEROMONE_CORTEX_M_COMPILER=)
+set(without_compilers -DPHEROMONE_AVR_COMPILER= -DPHEROMONE_CORTEX_M_COMPILER=
+  -DPHEROMONE_ARDUINO_BUILDER=)
 set(without_machines -DPHEROMONE_QEMU= -DPHEROMONE_SIMAVR_LIBRARY=)
 
 # configure(OPTION...): `status` is CMake's exit status, `said` its words, each line joined to one.
@@ -48,6 +49,7 @@ expect_configured()
 expect_said(
   "No images for the AVR: avr-g++ is not there (Debian: gcc-avr, avr-libc)"
   "No images for the CORTEX_M: arm-none-eabi-g++ is not there (Debian: gcc-arm-none-eabi)"
+  "No Arduino sketches are compiled: arduino-builder or its core is not there (Debian: arduino-builder, arduino-core-avr)"
   "No simulated AVR: there are no images to run on it")
 if(targets MATCHES "pheromone_client_|avr_machine|qemu_")
   message(SEND_ERROR "builds what cannot be built:\n${targets}")

@@ -38,29 +38,31 @@ std::string TextOf(const M& message) {
 }
 
 /// Compares a name with those of a message.
-class NameMatcher : public protocol::IgnoresHeader, public protocol::IgnoresData {
+class NameMatcher : public protocol::IgnoresHeader<NameMatcher>,
+                    public protocol::IgnoresData<NameMatcher> {
  public:
-  explicit NameMatcher(std::string name) : name_(std::move(name)) {}
+  explicit NameMatcher(const std::string& name, bool it_matches = false)
+      : matches(it_matches), name_(name) {}
 
-  void Opcode(const char* name, uint8_t /*opcode*/) { Compare(name); }
-  void Opcode(const char* /*flag_name*/, const bool& /*flag*/, const char* name, uint8_t /*opcode*/,
-              const char* name_if_set, uint8_t /*opcode_if_set*/) {
-    Compare(name);
-    Compare(name_if_set);
+  NameMatcher Opcode(const char* name, uint8_t /*opcode*/) const {
+    return NameMatcher(name_, name_ == name);
   }
-  void Typed(const uint8_t& /*type*/, const char* name, unsigned /*service*/) { Compare(name); }
-  void Typed(const uint8_t& /*type*/, const bool& /*wide*/, const char* name, unsigned /*service*/,
-             const char* wide_name, unsigned /*wide_service*/) {
-    Compare(name);
-    Compare(wide_name);
+  NameMatcher Opcode(const char* /*flag_name*/, const bool& /*flag*/, const char* name,
+                     uint8_t /*opcode*/, const char* name_if_set, uint8_t /*opcode_if_set*/) const {
+    return NameMatcher(name_, name_ == name || name_ == name_if_set);
+  }
+  NameMatcher Typed(const uint8_t& /*type*/, const char* name, unsigned /*service*/) const {
+    return NameMatcher(name_, name_ == name);
+  }
+  NameMatcher Typed(const uint8_t& /*type*/, const bool& /*wide*/, const char* name,
+                    unsigned /*service*/, const char* wide_name, unsigned /*wide_service*/) const {
+    return NameMatcher(name_, name_ == name || name_ == wide_name);
   }
 
-  bool matches = false;
+  bool matches;
 
  private:
-  void Compare(const char* name) { matches = matches || name_ == name; }
-
-  std::string name_;
+  const std::string& name_;
 };
 
 /// Reads a vector's fields into a message, each once. Throws std::runtime_error for a field that is
@@ -69,58 +71,73 @@ class VectorReader {
  public:
   explicit VectorReader(const FieldsVector& vector) : vector_(vector) {}
 
-  void Id(uint8_t& id) { Get("id", &id); }
-  void ToAll() { Require(Number("id") == protocol::kBroadcastId, "id", "is not 255"); }
-  void Opcode(const char* /*name*/, uint8_t /*opcode*/) {}
-  void Opcode(const char* /*flag_name*/, bool& flag, const char* /*name*/, uint8_t /*opcode*/,
-              const char* name_if_set, uint8_t /*opcode_if_set*/) {
+  VectorReader& Id(uint8_t& id) { return Field("id", id); }
+  VectorReader& ToAll() {
+    Require(Number("id") == protocol::kBroadcastId, "id", "is not 255");
+    return *this;
+  }
+  VectorReader& Opcode(const char* /*name*/, uint8_t /*opcode*/) { return *this; }
+  VectorReader& Opcode(const char* /*flag_name*/, bool& flag, const char* /*name*/,
+                       uint8_t /*opcode*/, const char* name_if_set, uint8_t /*opcode_if_set*/) {
     flag = vector_.message == name_if_set;
+    return *this;
   }
-  void Typed(uint8_t& type, const char* /*name*/, unsigned /*service*/) { Get("type", &type); }
-  void Typed(uint8_t& type, bool& wide, const char* /*name*/, unsigned /*service*/,
-             const char* wide_name, unsigned /*wide_service*/) {
-    Get("type", &type);
+  VectorReader& Typed(uint8_t& type, const char* /*name*/, unsigned /*service*/) {
+    return Field("type", type);
+  }
+  VectorReader& Typed(uint8_t& type, bool& wide, const char* /*name*/, unsigned /*service*/,
+                      const char* wide_name, unsigned /*wide_service*/) {
     wide = vector_.message == wide_name;
+    return Field("type", type);
   }
-  template <typename Field>
-  void operator()(const char* name, Field& field) {
-    Get(name, &field);
+  template <typename Value>
+  VectorReader& Field(const char* name, Value& field) {
+    Set(name, Number(name), &field);
+    return *this;
   }
-  void Coordinate(const char* name, int32_t& field, bool /*wide*/) { Get(name, &field); }
+  VectorReader& Coordinate(const char* name, int32_t& field, const bool& /*wide*/) {
+    return Field(name, field);
+  }
   // Their arrays say how many there are.
-  void Nibbles(const char* /*high*/, uint8_t& /*high*/, const char* /*low*/, uint8_t& /*low*/) {}
+  VectorReader& Nibbles(const char* /*high*/, uint8_t& /*high*/, const char* /*low*/,
+                        uint8_t& /*low*/) {
+    return *this;
+  }
 
   /// Numbers or rows, separated by commas.
   template <typename Item, size_t size>
-  void Some(const char* name, Item (&items)[size], uint8_t& count) {
+  VectorReader& Some(const char* name, Item (&items)[size], uint8_t& count) {
     for (count = 0; count < size && ReadItem(name, count, &items[count]);) {
       ++count;
     }
+    return *this;
   }
-  /// A COMMAND's, whose code has been read.
   template <size_t size>
-  void Some(const char* /*name*/, uint8_t (&arguments)[size], uint8_t&& /*count*/) {
+  VectorReader& Arguments(const char* /*name*/, uint8_t (&arguments)[size],
+                          const protocol::CommandCode& code) {
     size_t at = 0;
-    for (const Argument& argument : ArgumentsOf(static_cast<uint8_t>(Number("code")))) {
+    for (const Argument& argument : ArgumentsOf(code)) {
       int64_t rest = Number(argument.name);
       for (int i = 0; i < argument.bytes; ++i, rest >>= 8) {
         arguments[at++] = static_cast<uint8_t>(rest & 0xFF);
       }
     }
+    return *this;
   }
   template <typename Row, size_t size>
-  void Rest(const char* name, Row (&rows)[size], uint8_t& count) {
-    Some(name, rows, count);
+  VectorReader& Rest(const char* name, Row (&rows)[size], uint8_t& count) {
+    return Some(name, rows, count);
   }
   /// Hexadecimal, without spaces; "-" for none.
   template <size_t size>
-  void Rest(const char* name, uint8_t (&bytes)[size], uint8_t& count) {
+  VectorReader& Rest(const char* name, uint8_t (&bytes)[size], uint8_t& count) {
     const std::string& digits = Text(name);
     count = 0;
     for (size_t i = 0; digits != "-" && i < digits.size(); i += 2) {
       Require(count < size, name, "is too long");
       bytes[count++] = static_cast<uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16));
     }
+    return *this;
   }
 
   void ExpectEnd() const {
@@ -139,12 +156,13 @@ class VectorReader {
   class RowReader {
    public:
     RowReader(VectorReader* reader, size_t index) : reader_(reader), index_(index) {}
-    template <typename Field>
-    void operator()(const char* name, Field& field) {
+    template <typename Value>
+    RowReader& Field(const char* name, Value& field) {
       const bool is_listed = reader_->ReadItem(name, index_, &field);
       reader_->Require(is_first_ || is_listed == is_there, name, "is not as long as other columns");
       is_there = is_listed;
       is_first_ = false;
+      return *this;
     }
     bool is_there = false;
 
@@ -155,8 +173,8 @@ class VectorReader {
   };
 
   // By name and size, in the order of the wire.
-  static std::vector<Argument> ArgumentsOf(uint8_t code) {
-    switch (static_cast<protocol::CommandCode>(code)) {
+  static std::vector<Argument> ArgumentsOf(protocol::CommandCode code) {
+    switch (code) {
       case protocol::CommandCode::kSpeed:
         return {{"speed_mm_s", 2}};
       case protocol::CommandCode::kGoTo:
@@ -187,23 +205,18 @@ class VectorReader {
 
   int64_t Number(const std::string& name) { return std::stoll(Text(name)); }
 
-  template <typename Field>
-  void Get(const std::string& name, Field* to) {
-    Set(name, Number(name), to);
-  }
-
   // Words of 32 bits may be given with or without a sign: what they are depends on others.
-  template <typename Field>
-  void Set(const std::string& name, int64_t value, Field* to) const {
-    if constexpr (std::is_integral_v<Field>) {
-      constexpr int64_t kMost = sizeof(Field) == 4 ? std::numeric_limits<uint32_t>::max()
-                                                   : std::numeric_limits<Field>::max();
-      Require(value >= std::numeric_limits<Field>::min() && value <= kMost, name,
+  template <typename Value>
+  void Set(const std::string& name, int64_t value, Value* to) const {
+    if constexpr (std::is_integral_v<Value>) {
+      constexpr int64_t kMost = sizeof(Value) == 4 ? std::numeric_limits<uint32_t>::max()
+                                                   : std::numeric_limits<Value>::max();
+      Require(value >= std::numeric_limits<Value>::min() && value <= kMost, name,
               "is out of range");
     } else {
       Require(value >= 0 && value <= 255, name, "is out of range");
     }
-    *to = static_cast<Field>(value);
+    *to = static_cast<Value>(value);
   }
 
   // Whether there is one at this place of a list; "-" for an empty list.
@@ -222,8 +235,8 @@ class VectorReader {
     Row::Fields(*row, reader);
     return reader.is_there;
   }
-  template <typename Field>
-  bool ReadNumber(const std::string& name, size_t index, Field* to) {
+  template <typename Value>
+  bool ReadNumber(const std::string& name, size_t index, Value* to) {
     std::istringstream stream(Text(name));
     std::string one;
     for (size_t i = 0; i <= index; ++i) {
@@ -243,9 +256,7 @@ template <typename Action>
 struct VectorFinder {
   template <typename M>
   void Visit(M message) {
-    NameMatcher matcher(vector.message);
-    M::Fields(message, matcher);
-    if (matcher.matches) {
+    if (M::Fields(message, NameMatcher(vector.message)).matches) {
       VectorReader reader(vector);
       M::Fields(message, reader);
       reader.ExpectEnd();
@@ -277,8 +288,8 @@ namespace pheromone::protocol {
 
 /// For GoogleTest.
 template <typename M>
-requires requires(const M& message, Namer namer) {
-  M::Fields(message, namer);
+requires requires(const M& message) {
+  M::Fields(message, Namer());
 }
 std::ostream& operator<<(std::ostream& stream, const M& message) {
   return stream << testing::TextOf(message);

@@ -17,13 +17,15 @@ AvrBridge::AvrBridge(AvrMachine* machine, int radio_fd, int robot_fd)
     : machine_(machine), radio_fd_(radio_fd), robot_fd_(robot_fd) {
   machine_->OnSent(AvrMachine::kRadio,
                    [this](uint8_t byte, int64_t /*time_ns*/) { Write(radio_fd_, byte); });
-  machine_->OnSent(AvrMachine::kRobot,
-                   [this](uint8_t byte, int64_t /*time_ns*/) { Write(robot_fd_, byte); });
+  if (robot_fd_ >= 0) {
+    machine_->OnSent(AvrMachine::kRobot,
+                     [this](uint8_t byte, int64_t /*time_ns*/) { Write(robot_fd_, byte); });
+  }
 }
 
 bool AvrBridge::Step(int64_t now_ns) {
   const bool radio = Read(AvrMachine::kRadio, radio_fd_);
-  const bool robot = Read(AvrMachine::kRobot, robot_fd_);
+  const bool robot = robot_fd_ < 0 || Read(AvrMachine::kRobot, robot_fd_);
   machine_->RunTo(now_ns);
   return radio && robot;
 }

@@ -6,9 +6,9 @@
 //   for (;;) { bridge.Step(NanosecondsSinceTheStart()); ... wait a millisecond ... }
 //
 // Bytes that came in are spaced by the UARTs as a line would; bytes that go out are written when
-// their stop bit has passed. Time is the machine's; the clock is the caller's, who owns both
-// descriptors, which must be open, raw, and non-blocking. A byte that a terminal does not accept,
-// such as a pty without a reader, is lost. One thread.
+// their stop bit has passed. A chip with one UART has no robot_fd: -1. Time is the machine's; the
+// clock is the caller's, who owns both descriptors, which must be open, raw, and non-blocking. A
+// byte that a terminal does not accept, such as a pty without a reader, is lost. One thread.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace pheromone::sim {
 class AvrBridge {
  public:
   /// The machine must outlive the bridge, which uses it exclusively.
-  AvrBridge(AvrMachine* machine, int radio_fd, int robot_fd);
+  AvrBridge(AvrMachine* machine, int radio_fd, int robot_fd = -1);
   AvrBridge(const AvrBridge&) = delete;
   AvrBridge& operator=(const AvrBridge&) = delete;
 

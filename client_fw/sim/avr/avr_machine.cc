@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <deque>
 #include <random>
 #include <stdexcept>
 
@@ -16,7 +17,6 @@
 namespace pheromone::sim {
 namespace {
 
-constexpr char kMcu[] = "atmega1284p";
 constexpr uint64_t kSecond = 1'000'000'000;
 constexpr uint64_t kInterruptEntryCycles = 4;
 // A stretch of instructions without a check of timers and interrupts ends early whenever necessary.
@@ -52,11 +52,11 @@ std::unique_ptr<avr_t, Destroy> Load(const AvrMachineConfig& config) {
   if (elf_read_firmware(config.image.c_str(), &firmware) != 0) {
     throw std::runtime_error("cannot read the image " + config.image);
   }
-  std::snprintf(firmware.mmcu, sizeof(firmware.mmcu), "%s", kMcu);
+  std::snprintf(firmware.mmcu, sizeof(firmware.mmcu), "%s", config.mcu.c_str());
   firmware.frequency = config.frequency_hz;
-  avr_t* made = avr_make_mcu_by_name(kMcu);
+  avr_t* made = avr_make_mcu_by_name(config.mcu.c_str());
   if (made == nullptr) {
-    throw std::runtime_error(std::string("this libsimavr does not know the ") + kMcu);
+    throw std::runtime_error("this libsimavr does not know the " + config.mcu);
   }
   avr_init(made);
   std::unique_ptr<avr_t, Destroy> avr(made);
@@ -73,10 +73,13 @@ struct AvrMachine::Impl {
       : size(ReadAvrImageSize(config.image)),
         avr(Load(config)),
         run(avr->run),
-        uarts{{avr.get(), '0', config.radio_baud}, {avr.get(), '1', config.robot_baud}},
         eeprom(avr.get()),
         pins(avr.get()),
         noise(config.seed) {
+    uarts.emplace_back(avr.get(), '0', config.radio_baud);
+    if (config.mcu != "atmega328p") {
+      uarts.emplace_back(avr.get(), '1', config.robot_baud);
+    }
     eeprom.Load(config.eeprom);
     for (const AvrPin pin : config.grounded) {
       pins.Drive(pin, false);
@@ -106,7 +109,7 @@ struct AvrMachine::Impl {
   AvrImageSize size;
   std::unique_ptr<avr_t, Destroy> avr;
   const avr_run_t run;  // as the simulator came; its watchdog puts another here to reset
-  AvrUart uarts[2];
+  std::deque<AvrUart> uarts;
   AvrEeprom eeprom;
   AvrPins pins;
   std::mt19937_64 noise;
@@ -261,11 +264,11 @@ int64_t AvrMachine::now_ns() const {
 }
 
 void AvrMachine::Send(Port port, uint8_t byte, int64_t time_ns, AvrByteFault fault) {
-  impl_->uarts[port].Deliver(byte, impl_->ToCycle(time_ns), fault);
+  impl_->uarts.at(port).Deliver(byte, impl_->ToCycle(time_ns), fault);
 }
 
 void AvrMachine::OnSent(Port port, std::function<void(uint8_t byte, int64_t time_ns)> callback) {
-  impl_->uarts[port].set_on_sent(
+  impl_->uarts.at(port).set_on_sent(
       [impl = impl_.get(), callback = std::move(callback)](uint8_t byte, uint64_t cycle) {
         callback(byte, impl->ToNs(cycle));
       });
@@ -293,12 +296,16 @@ std::vector<uint8_t> AvrMachine::eeprom() const {
   return impl_->eeprom.contents();
 }
 
+uint8_t AvrMachine::data(uint16_t address) const {
+  return impl_->avr->data[address];
+}
+
 const AvrUartCounters& AvrMachine::uart(Port port) const {
-  return impl_->uarts[port].counters();
+  return impl_->uarts.at(port).counters();
 }
 
 size_t AvrMachine::underway(Port port) const {
-  return impl_->uarts[port].underway();
+  return impl_->uarts.at(port).underway();
 }
 
 uint64_t AvrMachine::cycles() const {

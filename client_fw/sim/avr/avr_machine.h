@@ -1,12 +1,13 @@
-// An ATmega1284P that runs a robot's image: libsimavr in virtual time, with UARTs, EEPROM, resets
-// and sleep as on the real chip.
+// An ATmega1284P, or a smaller AVR of its kind, that runs a robot's image: libsimavr in virtual
+// time, with UARTs, EEPROM, resets and sleep as on the real chip.
 //
 //   AvrMachine machine({.image = "pheromone_client_avr.elf"});
 //   machine.OnSent(AvrMachine::kRadio, [&](uint8_t byte, int64_t time_ns) { ... });
 //   machine.Send(AvrMachine::kRobot, 0xFA, machine.now_ns() + 1'041'667);
 //   machine.RunTo(1'000'000'000);
 //
-// UART0 is the radio, UART1 the robot. Time is int64_t nanoseconds since the machine was made;
+// UART0 is the radio, UART1 the robot, which an ATmega328P does not have: nothing may be said of it
+// then. Time is int64_t nanoseconds since the machine was made;
 // resets do not affect it. The same calls give the same run, and the steps of RunTo do not matter,
 // as long as no input is given later than its time.
 //
@@ -34,7 +35,8 @@
 namespace pheromone::sim {
 
 struct AvrMachineConfig {
-  std::string image;  ///< an ELF file
+  std::string image;                ///< an ELF file
+  std::string mcu = "atmega1284p";  ///< or "atmega328p", as libsimavr calls them
   uint32_t frequency_hz = 16'000'000;
   int64_t radio_baud = 9600;
   int64_t robot_baud = 9600;
@@ -82,6 +84,8 @@ class AvrMachine {
   uint64_t watchdog_resets() const;
 
   std::vector<uint8_t> eeprom() const;
+  /// A register, or a byte of RAM, by its address in the data space.
+  uint8_t data(uint16_t address) const;
   const AvrUartCounters& uart(Port port) const;
   /// Bytes given to Send that have not arrived.
   size_t underway(Port port) const;

@@ -42,6 +42,9 @@ void AvrPins::Watch(AvrPin pin, std::function<void(bool)> on_change) {
 void AvrPins::OnReset() {
   for (char name = 'A'; name <= 'D'; ++name) {
     const auto index = static_cast<size_t>(name - 'A');
+    if (Irq({name, 0}) == nullptr) {
+      continue;  // this chip has no such port
+    }
     const uint8_t high = ports_[index].driven & ports_[index].levels;
     for (int bit = 0; bit < 8; ++bit) {
       const uint32_t level = (high & Bit(bit)) != 0 ? 1 : 0;

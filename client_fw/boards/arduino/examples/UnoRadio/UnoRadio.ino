@@ -1,0 +1,74 @@
+// A robot with an Arduino Uno or Nano, a radio modem, two motors and two encoders.
+//
+//   0 (RX), 1 (TX)   modem; unplug it for flashing, since USB uses the same UART
+//   12               PTT of a modem that has to be keyed, high
+//   2, 4             left encoder, channels A and B
+//   3, 7             right encoder, channels A and B
+//   5, 8             left motor's driver: PWM, direction (DRV8835, DRV8838, ...: phase and enable)
+//   6, 9             right motor's driver
+//   13               LED: steady while it drives, else flashes
+#include <Pheromone.h>
+
+// --- Your robot: an ID of its own, and its measures.
+
+constexpr uint8_t kId = 1;
+constexpr double kWheelMm = 65;
+constexpr double kTrackMm = 150;      // between the planes of the wheels
+constexpr double kTicksPerTurn = 720;  // of a wheel, both edges of channel A
+constexpr int16_t kFullSpeedMmS = 500;
+constexpr uint32_t kBaud = 9600;
+
+// ---
+
+constexpr WheelConfig kWheels = {static_cast<uint32_t>(3141593 * kWheelMm / kTicksPerTurn),
+                                 static_cast<uint32_t>(1000 * kTrackMm), kFullSpeedMmS};
+
+volatile int16_t left_ticks;
+volatile int16_t right_ticks;
+
+// Edges of both channels A. Without attachInterrupt and digitalRead: they are slow, and large.
+ISR(INT0_vect) {
+  left_ticks += ((PIND >> 2 ^ PIND >> 4) & 1) != 0 ? 1 : -1;
+}
+
+ISR(INT1_vect) {
+  right_ticks += ((PIND >> 3 ^ PIND >> 7) & 1) != 0 ? 1 : -1;
+}
+
+void ticks(int16_t* left, int16_t* right) {
+  noInterrupts();
+  *left = left_ticks;
+  *right = right_ticks;
+  interrupts();
+}
+
+void power(int16_t left, int16_t right) {
+  digitalWrite(8, left < 0 ? HIGH : LOW);
+  analogWrite(5, left < 0 ? -left : left);
+  digitalWrite(9, right < 0 ? HIGH : LOW);
+  analogWrite(6, right < 0 ? -right : right);
+}
+
+PheromoneSerial modem(Serial, kBaud, 12);
+TwoWheels wheels(power, ticks, kWheels);
+Pheromone robot(kId);
+
+void setup() {
+  pinMode(5, OUTPUT);
+  pinMode(6, OUTPUT);
+  pinMode(8, OUTPUT);
+  pinMode(9, OUTPUT);
+  pinMode(2, INPUT_PULLUP);
+  pinMode(3, INPUT_PULLUP);
+  pinMode(4, INPUT_PULLUP);
+  pinMode(7, INPUT_PULLUP);
+  EICRA = 1 << ISC00 | 1 << ISC10;
+  EIMSK = 1 << INT0 | 1 << INT1;
+  Serial.begin(kBaud);
+  robot.led(LED_BUILTIN);
+  robot.begin(modem, wheels, {0, 0, 0});  // where it stands: x mm, y mm, heading of 65 536 a turn
+}
+
+void loop() {
+  robot.step();
+}

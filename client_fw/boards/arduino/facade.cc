@@ -1,0 +1,131 @@
+#include "client_fw/boards/arduino/facade.h"
+
+#include <stddef.h>
+
+#include "protocol/crc16.h"
+
+namespace pheromone {
+namespace arduino {
+namespace {
+
+struct Place {
+  void* at;
+};
+
+// What outlives a reset that keeps memory. A bootloader hides the cause of a reset from the sketch,
+// so what is found decides: after power-up it passes for whole once in 2^48 times.
+struct WarmMemory {
+  uint32_t guard;
+  client::RequestMemory requests;
+  client::Odometry odometry;
+  uint16_t crc;  // of the odometry
+};
+constexpr uint32_t kGuard = 0x50484552;
+
+#ifdef __AVR__
+WarmMemory memory __attribute__((section(".noinit")));
+#else
+WarmMemory memory;
+#endif
+
+uint16_t CheckOf(const client::Odometry& odometry) {
+  return static_cast<uint16_t>(
+      ~protocol::Crc16(reinterpret_cast<const uint8_t*>(&odometry), sizeof(odometry)));
+}
+
+void PutCrc(uint16_t crc, uint8_t* to) {
+  to[0] = static_cast<uint8_t>(crc & 0xFFu);
+  to[1] = static_cast<uint8_t>(crc >> 8);
+}
+
+}  // namespace
+}  // namespace arduino
+}  // namespace pheromone
+
+// There is no <new> on an AVR.
+inline void* operator new(size_t /*size*/, pheromone::arduino::Place place) noexcept {
+  return place.at;
+}
+
+namespace pheromone {
+namespace arduino {
+
+void ArduinoBoard::save_settings(const uint8_t* bytes, uint8_t size) {
+  uint8_t payload[client::kSettingsSize + 2];
+  for (uint8_t i = 0; i < size; ++i) {
+    payload[i] = bytes[i];
+  }
+  PutCrc(sketch_crc, payload + client::kSettingsSize);
+  stored.Save(payload);
+}
+
+void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client::Pose& start) {
+  wheels_ = &wheels;
+  board_.link = &link;
+  uint8_t packed[client::kSettingsSize];
+  PackSettings(parameters_, packed);
+  board_.sketch_crc = protocol::Crc16(packed, sizeof(packed));
+  uint8_t crc[2];
+  PutCrc(board_.sketch_crc, crc);
+  Storage::Begin();
+  uint8_t payload[client::kSettingsSize + 2];
+  if (board_.stored.Load(payload) && payload[client::kSettingsSize] == crc[0] &&
+      payload[client::kSettingsSize + 1] == crc[1]) {
+    client::UnpackSettings(payload, &parameters_);
+  }
+  wheels.begin();
+  if (memory.guard == kGuard && Trusted(memory.requests)) {
+    if (memory.crc == CheckOf(memory.odometry)) {
+      wheels.resume(memory.odometry);
+    } else {
+      parameters_.pose_lost = true;
+    }
+  } else {
+    // In the middle of a change, by a reset: it may be anywhere.
+    parameters_.pose_lost = memory.guard == kGuard;
+    // Saving once more gives a number that no boot has used before: our nonce.
+    PackSettings(parameters_, packed);
+    board_.save_settings(packed, sizeof(packed));
+    while (!board_.stored.saved()) {
+      board_.stored.Step();
+    }
+    Storage::Commit();
+    memory.requests = client::RequestMemory();
+    memory.requests.nonce = board_.stored.version();
+    Seal(&memory.requests);
+    memory.odometry = client::Odometry{0, 0, 0};
+    memory.crc =
+        static_cast<uint16_t>(CheckOf(memory.odometry) + (parameters_.pose_lost ? 1u : 0u));
+    memory.guard = kGuard;
+  }
+  parameters_.id = id_;
+  parameters_.boot_counter = memory.requests.nonce;
+  parameters_.start = start;
+  link.begin(&parameters_);
+  link.set_keying(parameters_.ptt_lead_ms, parameters_.ptt_tail_ms);
+  alignas(Robot) static uint8_t place[sizeof(Robot)];
+  robot_ = new (Place{place}) Robot(&board_, &wheels, parameters_, &memory.requests);
+}
+
+void Pheromone::step() {
+  // A pose that is lost stays so over a reset.
+  if (wheels_->step(static_cast<uint16_t>(millis())) && wheels_->odometry(&memory.odometry) &&
+      (stop_flags() & client::kPoseLost) == 0) {
+    memory.crc = CheckOf(memory.odometry);
+  }
+  robot_->Step();
+  if (!board_.stored.saved()) {
+    board_.stored.Step();
+    if (board_.stored.saved()) {
+      Storage::Commit();
+    }
+  }
+}
+
+Sensed Pheromone::sensed() const {
+  const client::BehaviourState& state = robot_->conversation().state();
+  return Sensed{state.p_left, state.p_right};
+}
+
+}  // namespace arduino
+}  // namespace pheromone

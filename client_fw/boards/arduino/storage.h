@@ -1,0 +1,39 @@
+// Where the Arduino library keeps the boot counter and the settings: bytes 0 to 159 of the EEPROM,
+// as the Storage of client_fw/boards/nonvolatile.h. On ESPs the EEPROM is a copy of a piece of
+// flash, which Commit writes back as a whole.
+#pragma once
+
+#include <stdint.h>
+
+#ifdef __AVR__
+#include "client_fw/boards/avr/eeprom.h"
+#else
+#include <EEPROM.h>
+#endif
+
+namespace pheromone {
+namespace arduino {
+
+#ifdef __AVR__
+
+struct Storage : client::Eeprom {
+  static void Begin() {}
+  static void Commit() {}
+};
+
+#else
+
+struct Storage {
+  static constexpr uint16_t kSize = 256;
+
+  static void Begin() { EEPROM.begin(kSize); }
+  static bool Ready() { return true; }
+  static uint8_t Read(uint8_t at) { return EEPROM.read(at); }
+  static void Write(uint8_t at, uint8_t value) { EEPROM.write(at, value); }
+  static void Commit() { EEPROM.commit(); }
+};
+
+#endif
+
+}  // namespace arduino
+}  // namespace pheromone

@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""A sketch for an ESP on this host against the real daemon's UDP link, in real time.
+
+    esp_test.py BIN_DIR SKETCH
+
+The robot waits for a resume, follows a path, stands when the daemon is frozen, and goes on. Settings
+told over the radio are in its EEPROM when it starts again, with another nonce.
+"""
+
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from operated_daemon import OperatedDaemon, await_that, check, write_config  # noqa: E402
+from test_config import link, map_of, pheromone, table  # noqa: E402
+
+# The robot starts at (0, 0), facing along +x: 0.05 m beside a straight path.
+CONFIG = (map_of(12.0, 4.0, bias_m=0.1, origin_x_m=-1.0, origin_y_m=-2.0) + pheromone(1, "path")
+          + table("[path]", name="line", pheromone="path", shape="polyline",
+                  points_m=[[0.0, 0.05], [10.5, 0.05]])
+          + link("udp", "udp", listen="127.0.0.1:0"))
+
+
+class Robot:
+    def __init__(self, program, port, eeprom):
+        self.process = subprocess.Popen([program, str(port), eeprom], stdout=subprocess.PIPE,
+                                        text=True)
+        self.x_m = self.y_m = 0.0
+        self.lines = self.standing = 0  # printed, and of them without a move
+        threading.Thread(target=self.read, daemon=True).start()
+
+    def read(self):
+        for line in self.process.stdout:
+            x_m, y_m, _ = (float(word) for word in line.split())
+            self.standing = self.standing + 1 if (x_m, y_m) == (self.x_m, self.y_m) else 0
+            self.x_m, self.y_m = x_m, y_m
+
+    def end(self):
+        self.process.send_signal(signal.SIGTERM)
+        check(self.process.wait(60) == 0, "the sketch failed")
+
+
+def known(daemon):
+    status, text = daemon.call("GET", "/api/v1/clients")
+    check(status == 200, text)
+    robots = [it for it in json.loads(text)["clients"] if it["known"]]
+    return robots[0] if robots else None
+
+
+def command(daemon, name, *arguments):
+    def last():
+        return known(daemon)["last_command"] or {"seq": None}
+
+    before = last()["seq"]
+    status, text = daemon.call("POST", "/api/v1/command", {
+        "link": "udp", "id": 1, "command": name, "arguments": list(arguments)})
+    check(status == 200, text)
+    await_that(lambda: last()["seq"] != before and last()["outcome"] != "pending", name)
+    check(last()["outcome"] == "accepted", str(last()))
+
+
+def run(bin_dir, program, folder):
+    write_config(folder, CONFIG)
+    daemon = OperatedDaemon(bin_dir, folder)
+    robots = []
+    try:
+        robots.append(Robot(program, daemon.udp_port(), folder / "eeprom"))
+        robot = robots[-1]
+        await_that(lambda: known(daemon), "it says HELLO")
+        nonce = known(daemon)["nonce"]
+        check(robot.x_m == 0, "it drives without having been resumed")
+        command(daemon, "set", 7, 300)
+        command(daemon, "resume")
+        await_that(lambda: robot.x_m > 0.5, "it follows the path")
+        check(abs(robot.y_m - 0.05) < 0.1, f"off the path: {robot.y_m}")
+        daemon.process.send_signal(signal.SIGSTOP)
+        await_that(lambda: robot.standing >= 2, "it stands for want of answers")
+        daemon.process.send_signal(signal.SIGCONT)
+        x_m = robot.x_m
+        await_that(lambda: robot.x_m > x_m + 0.2, "it drives again")
+        robot.end()
+        robots.append(Robot(program, daemon.udp_port(), folder / "eeprom"))
+        await_that(lambda: known(daemon)["nonce"] != nonce, "it boots with another nonce")
+        command(daemon, "get", 7)
+        await_that(lambda: known(daemon)["last_event"] is not None
+                   and known(daemon)["last_event"]["event"] == "parameter value", "it tells")
+        check(known(daemon)["last_event"]["argument"] == 300, "its speed was kept")
+        robots[-1].end()
+        daemon.stop()
+    finally:
+        for process in [robot.process for robot in robots] + [daemon.process]:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    bin_dir, program = (pathlib.Path(word).resolve() for word in sys.argv[1:])
+    with tempfile.TemporaryDirectory() as folder:
+        run(bin_dir, program, pathlib.Path(folder))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,303 @@
+// The Arduino library's own code on a clock that the test moves: when a modem is keyed, how wheels
+// are driven, and where odometry says they went.
+#include <Arduino.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <deque>
+#include <numbers>
+#include <random>
+#include <utility>
+
+#include "client_fw/boards/arduino/odometry.h"
+#include "client_fw/boards/arduino/serial_link.h"
+#include "client_fw/boards/arduino/steppers.h"
+#include "client_fw/boards/arduino/two_wheels.h"
+
+namespace pheromone::arduino {
+namespace {
+
+unsigned long now_ms = 0;
+std::array<int, 32> pins{};
+
+// --- Odometry
+
+TEST(WheelOdometry, IsWhereARobotIsThatIntegratesInFloatingPoint) {
+  constexpr double kTickM = 152716e-9;
+  constexpr double kTrackM = 0.141;
+  WheelOdometry odometry(152716, 141000);
+  std::mt19937 random(1);
+  double x = 0;
+  double y = 0;
+  double heading = 0;
+  double travelled = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const auto left = static_cast<int16_t>(random() % 30);
+    const auto right = static_cast<int16_t>(static_cast<int>(random() % 40) - 5);
+    odometry.Add(left, right);
+    const double way = (left + right) * kTickM / 2;
+    const double turn = (right - left) * kTickM / kTrackM;
+    x += way * std::cos(heading + turn / 2);
+    y += way * std::sin(heading + turn / 2);
+    heading += turn;
+    travelled += way;
+    const client::Odometry pose = odometry.pose();
+    ASSERT_NEAR(x * 1000, pose.x_mm, 2 + travelled * 0.2) << i;
+    ASSERT_NEAR(y * 1000, pose.y_mm, 2 + travelled * 0.2) << i;
+    const double error =
+        std::remainder(heading - pose.heading * 2 * std::numbers::pi / 65536, 2 * std::numbers::pi);
+    ASSERT_NEAR(error, 0, 0.002) << i;
+  }
+}
+
+TEST(WheelOdometry, GoesOnFromAPose) {
+  WheelOdometry odometry(1'000'000, 100'000);  // a millimetre
+  odometry.Set({1000, -2000, 0x8000});
+  odometry.Add(50, 50);
+  EXPECT_EQ(odometry.pose().x_mm, 950);
+  EXPECT_EQ(odometry.pose().y_mm, -2000);
+  EXPECT_EQ(odometry.pose().heading, 0x8000);
+}
+
+// --- A modem. A ring of 63 bytes before a UART with a data and a shift register.
+
+// NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor): as Arduino's streams
+class FakeUart final : public Stream {
+ public:
+  static constexpr double kByteMs = 10'000.0 / 9600;
+
+  int read() override { return -1; }
+  size_t write(uint8_t /*byte*/) override {
+    Advance();
+    const double now = static_cast<double>(now_ms);
+    ends_.push_back(std::max(ends_.empty() ? 0 : ends_.back(), now) + kByteMs);
+    if (first_ms < 0) {
+      first_ms = now;
+    }
+    end_ms = ends_.back();
+    return 1;
+  }
+  int availableForWrite() override {
+    Advance();
+    const auto waiting = static_cast<int>(ends_.size()) - 2;  // two are in the UART
+    return 63 - std::max(waiting, 0);
+  }
+
+  double first_ms = -1;
+  double end_ms = 0;
+
+ private:
+  void Advance() {
+    while (!ends_.empty() && ends_.front() <= static_cast<double>(now_ms)) {
+      ends_.pop_front();
+    }
+  }
+
+  std::deque<double> ends_;
+};
+
+TEST(PheromoneSerial, KeysAModemForItsLeadAndTailAndIsBusyToTheEnd) {
+  for (const uint16_t lead_ms : std::array<uint16_t, 3>{0, 1, 25}) {
+    for (const uint16_t tail_ms : std::array<uint16_t, 3>{0, 7, 50}) {
+      for (const int size : {1, 2, 3, 34}) {
+        FakeUart uart;
+        PheromoneSerial link(uart, 9600, 4);
+        client::Parameters parameters;
+        now_ms = 1'000;
+        link.begin(&parameters);
+        EXPECT_EQ(parameters.baud, 9600u);
+        link.set_keying(lead_ms, tail_ms);
+        EXPECT_TRUE(link.idle());
+        double keyed_ms = -1;
+        double unkeyed_ms = -1;
+        for (int put = 0; unkeyed_ms < 0; ++now_ms) {
+          ASSERT_LT(now_ms, 1'500u);
+          const bool idle = put == size && link.idle();
+          EXPECT_EQ(idle, !link.busy() && put != 0);
+          if (idle) {
+            EXPECT_EQ(pins[4], LOW);
+            unkeyed_ms = static_cast<double>(now_ms);
+          }
+          while (put < size && link.put(0x55)) {
+            ++put;
+          }
+          if (keyed_ms < 0 && pins[4] == HIGH) {
+            keyed_ms = static_cast<double>(now_ms);
+          }
+        }
+        EXPECT_EQ(uart.first_ms - keyed_ms, lead_ms);
+        EXPECT_GE(unkeyed_ms, uart.end_ms + tail_ms);
+        EXPECT_LE(unkeyed_ms, uart.end_ms + tail_ms + 5) << size;
+      }
+    }
+  }
+}
+
+TEST(PheromoneSerial, LeavesPinsAloneWithoutAKey) {
+  FakeUart uart;
+  PheromoneSerial link(uart, 9600);
+  client::Parameters parameters;
+  link.begin(&parameters);
+  link.set_keying(100, 100);
+  pins.fill(7);
+  EXPECT_TRUE(link.put(1)) << "no lead either";
+  for (const int pin : pins) {
+    EXPECT_EQ(pin, 7);
+  }
+}
+
+// --- Motors: 0.6 m/s at full power and a lag of 80 ms, with encoders of `tick_m`.
+
+struct Motor {
+  double Advance() {
+    speed += (power / 255.0 * 0.6 * (stuck ? 0 : 1) - speed) / 80;
+    way += speed / 1000;
+    return way;
+  }
+  int16_t power = 0;
+  double speed = 0;
+  double way = 0;
+  bool stuck = false;
+};
+
+std::array<Motor, 2> motors;
+double tick_m = 0;
+
+void SetPower(int16_t left, int16_t right) {
+  motors[0].power = left;
+  motors[1].power = right;
+}
+
+void ReadTicks(int16_t* left, int16_t* right) {
+  *left = static_cast<int16_t>(std::floor(motors[0].way / tick_m));
+  *right = static_cast<int16_t>(std::floor(motors[1].way / tick_m));
+}
+
+void Drive(TwoWheels* wheels, int ms) {
+  for (int i = 0; i < ms; ++i) {
+    ++now_ms;
+    motors[0].Advance();
+    motors[1].Advance();
+    wheels->step(static_cast<uint16_t>(now_ms));
+  }
+}
+
+TwoWheels Wheels(uint32_t tick_nm) {
+  motors = {};
+  tick_m = tick_nm * 1e-9;
+  TwoWheels wheels(SetPower, ReadTicks, {tick_nm, 141'000, 500});
+  wheels.begin();
+  return wheels;
+}
+
+TEST(TwoWheels, KeepsTheSpeedsWithFineAndCoarseEncoders) {
+  for (const uint32_t tick_nm : {152'716u, 10'000'000u}) {
+    TwoWheels wheels = Wheels(tick_nm);
+    for (const auto& [left, right] :
+         {std::pair{200, 200}, {50, 120}, {-150, 150}, {400, 300}, {-30, -30}}) {
+      wheels.set_wheel_speeds(static_cast<int16_t>(left), static_cast<int16_t>(right));
+      Drive(&wheels, 2'000);
+      const std::array before = {motors[0].way, motors[1].way};
+      Drive(&wheels, 5'000);
+      EXPECT_NEAR((motors[0].way - before[0]) * 200, left, 12) << tick_nm;
+      EXPECT_NEAR((motors[1].way - before[1]) * 200, right, 12) << tick_nm;
+      EXPECT_EQ(wheels.status().alarms, 0) << tick_nm << ' ' << left;
+    }
+  }
+}
+
+TEST(TwoWheels, ClampsToFullSpeedAndStopsAtOnce) {
+  TwoWheels wheels = Wheels(152'716);
+  wheels.set_wheel_speeds(2'000, -2'000);
+  Drive(&wheels, 3'000);
+  EXPECT_NEAR(motors[0].speed, 0.5, 0.02);
+  EXPECT_NEAR(motors[1].speed, -0.5, 0.02);
+  wheels.emergency_stop();
+  EXPECT_EQ(motors[0].power, 0);
+  EXPECT_EQ(motors[1].power, 0);
+  Drive(&wheels, 1'000);
+  EXPECT_EQ(motors[0].power, 0) << "nothing is made up for";
+}
+
+TEST(TwoWheels, RaisesAnAlarmWhenAWheelIsStuckWhichEndsWhenItIsLetGo) {
+  TwoWheels wheels = Wheels(152'716);
+  motors[1].stuck = true;
+  wheels.set_wheel_speeds(200, 200);
+  Drive(&wheels, 950);
+  EXPECT_EQ(wheels.status().alarms, 0);
+  Drive(&wheels, 200);
+  EXPECT_EQ(wheels.status().alarms, client::kStallAlarm);
+  wheels.emergency_stop();
+  Drive(&wheels, 20);
+  EXPECT_EQ(wheels.status().alarms, 0);
+}
+
+TEST(TwoWheels, FollowsEncodersThatWrap) {
+  TwoWheels wheels = Wheels(152'716);
+  motors[0].way = motors[1].way = 32'700 * tick_m;
+  wheels.begin();
+  wheels.set_wheel_speeds(200, 200);
+  const double before = motors[0].way;
+  Drive(&wheels, 5'000);
+  client::Odometry pose{};
+  ASSERT_TRUE(wheels.odometry(&pose));
+  EXPECT_NEAR(pose.x_mm, (motors[0].way - before) * 1000, 5);
+}
+
+// --- Steppers: what leaves the pins. Pins 2 and 3 are the left motor's, 4 and 5 the right one's.
+
+TEST(Steppers, StepAsTheyAreToldAndRampAndCount) {
+  constexpr StepperConfig kConfig = {127'627, 150'000, 400, 600, {2, 3}, {4, 5}, 2};
+  Steppers wheels(kConfig);
+  pins.fill(LOW);
+  now_ms = 0;
+  wheels.begin();
+  std::array<int, 2> steps{};
+  const auto run = [&](int ms) {
+    for (int tick = 0; tick < ms * 10; ++tick) {
+      const std::array before = {pins[2], pins[4]};
+      wheels.tick();
+      steps[0] += before[0] == LOW && pins[2] == HIGH ? (pins[3] == LOW ? 1 : -1) : 0;
+      steps[1] += before[1] == LOW && pins[4] == HIGH ? (pins[5] == HIGH ? 1 : -1) : 0;
+      if (tick % 10 == 9) {
+        ++now_ms;
+        wheels.step(static_cast<uint16_t>(now_ms));
+      }
+    }
+  };
+  wheels.set_wheel_speeds(300, -150);
+  run(250);
+  const std::array ramp = steps;
+  EXPECT_NEAR(ramp[0], 0.5 * 600 * 0.25 * 0.25 / 0.127627, 15) << "600 mm/s^2";
+  EXPECT_NEAR(ramp[1], -ramp[0], 3);
+  run(750);
+  const std::array before = steps;
+  run(2'000);
+  EXPECT_NEAR((steps[0] - before[0]) * 0.127627 / 2, 300, 2);
+  EXPECT_NEAR((steps[1] - before[1]) * 0.127627 / 2, -150, 2);
+  client::Odometry pose{};
+  wheels.set_wheel_speeds(0, 0);
+  run(1'000);
+  ASSERT_TRUE(wheels.odometry(&pose));
+  const double turn = (steps[1] - steps[0]) * 0.127627 / 150;
+  EXPECT_NEAR(
+      std::remainder(turn - pose.heading * 2 * std::numbers::pi / 65536, 2 * std::numbers::pi), 0,
+      0.01);
+  const std::array stopped = steps;
+  run(100);
+  EXPECT_EQ(steps, stopped);
+}
+
+}  // namespace
+}  // namespace pheromone::arduino
+
+unsigned long millis() {
+  return pheromone::arduino::now_ms;
+}
+void pinMode(uint8_t /*pin*/, uint8_t /*mode*/) {}
+void digitalWrite(uint8_t pin, uint8_t value) {
+  pheromone::arduino::pins.at(pin) = value;
+}

@@ -1,0 +1,21 @@
+// Arduino's header of this name: Arduino.h.
+#pragma once
+
+// NOLINTBEGIN: the names are Arduino's
+
+#include <stdint.h>
+
+namespace shim {
+
+class IPAddress {
+ public:
+  constexpr IPAddress(uint8_t a, uint8_t b, uint8_t c, uint8_t d) : bytes{a, b, c, d} {}
+
+  uint8_t bytes[4];
+};
+
+}  // namespace shim
+
+using namespace shim;
+
+// NOLINTEND
