@@ -14,6 +14,8 @@
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/ros2/bridged_robot.h"
 #include "client_fw/ros2/node.h"
+#include "client_fw/ros2/robot_report.h"
+#include "client_fw/ros2/server_thread.h"
 #include "client_fw/ros2/text.h"
 
 namespace pheromone::ros2 {
@@ -21,13 +23,15 @@ namespace {
 
 constexpr int64_t kNsPerMs = 1'000'000;
 constexpr int64_t kGraphMs = 100;
+constexpr int64_t kReportMs = 20;
 constexpr int64_t kPartingMs = 300;  // for the last zero speeds to arrive
 
 class Bridge {
  public:
-  Bridge(const BridgeOptions& options, Node* node) : node_(node) {
+  Bridge(const BridgeOptions& options, Node* node)
+      : options_(options), node_(node), server_(node, options, &reports_) {
     for (const RobotEntry& entry : options.robots) {
-      robots_.emplace_back(node, options, entry);
+      robots_.emplace_back(node, options, entry, &server_);
     }
     if (options.localisation == Localisation::kTf && !robots_.empty()) {
       frames_ = node->Subscribe<TFMessage>("/tf", Quality::kFrames);
@@ -60,9 +64,20 @@ class Bridge {
       for (BridgedRobot& robot : robots_) {
         robot.Halt();
       }
+      if (!options_.socket.empty()) {  // the server's other robots
+        server_.Send("halt", "/api/v1/halt", "{}");
+      }
     });
     for (BridgedRobot& robot : robots_) {
       robot.Turn(now_ms_);
+    }
+    if (now_ms_ >= report_ms_) {
+      report_ms_ = now_ms_ + kReportMs;
+      std::vector<RobotReport> reports;
+      for (const BridgedRobot& robot : robots_) {
+        reports.push_back(robot.MakeReport());
+      }
+      reports_.Set(std::move(reports));
     }
     if (now_ms_ >= graph_ms_) {
       graph_ms_ = now_ms_ + kGraphMs;
@@ -93,7 +108,10 @@ class Bridge {
     poll(waited_.data(), waited_.size(), 1);
   }
 
-  Node* node_;
+  const BridgeOptions& options_;
+  Node* const node_;
+  RobotReports reports_;
+  ServerThread server_;
   std::list<BridgedRobot> robots_;
   Subscription<TFMessage> frames_;
   Subscription<TFMessage> static_frames_;
@@ -102,6 +120,7 @@ class Bridge {
   int64_t start_ns_ = MonotonicNs();
   int64_t now_ms_ = 0;
   int64_t graph_ms_ = 0;
+  int64_t report_ms_ = 0;
 };
 
 }  // namespace

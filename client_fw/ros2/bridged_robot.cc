@@ -1,8 +1,15 @@
 #include "client_fw/ros2/bridged_robot.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
 #include <random>
 #include <span>
 #include <vector>
+
+#include <boost/json/object.hpp>
+#include <boost/json/serialize.hpp>
 
 #include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/stop_text.h"
@@ -29,9 +36,11 @@ client::Parameters ParametersOf(const BridgeOptions& options, const RobotEntry& 
 
 }  // namespace
 
-BridgedRobot::BridgedRobot(Node* node, const BridgeOptions& options, const RobotEntry& entry)
+BridgedRobot::BridgedRobot(Node* node, const BridgeOptions& options, const RobotEntry& entry,
+                           ServerThread* server)
     : options_(options),
       entry_(entry),
+      server_(server),
       robot_(ParametersOf(options, entry), options.track_m,
              entry.start ? PoseSource::kStart : PoseSource::kMap),
       servers_(options.servers, entry.id) {
@@ -48,6 +57,9 @@ BridgedRobot::BridgedRobot(Node* node, const BridgeOptions& options, const Robot
   }
   if (options.allowed.enable) {
     enable_ = node->Subscribe<Bool>(below + "/pheromone/enable", Quality::kOrders);
+  }
+  if (options.allowed.goal) {
+    goal_ = node->Subscribe<PoseStamped>(below + "/goal_pose", Quality::kOrders);
   }
 }
 
@@ -70,6 +82,21 @@ void BridgedRobot::TakeMessages(int64_t now_ms) {
     }
   });
   enable_.Take([&](const Bool& message) { robot_.Enable(message.data); });
+  goal_.Take([&](const PoseStamped& message) { OnGoal(message, now_ms); });
+}
+
+void BridgedRobot::OnGoal(const PoseStamped& goal, int64_t now_ms) {
+  const auto& at = goal.pose.position;
+  const std::string name = entry_.name_space + ": goal";
+  const std::string frame = FrameOf(goal.header.frame_id);
+  if (frame != options_.map_frame || !std::isfinite(at.x) || !std::isfinite(at.y)) {
+    attach::SayLine(now_ms, fmt::format("{}: frame \"{}\", expected finite x and y in \"{}\"", name,
+                                        frame, options_.map_frame));
+    return;
+  }
+  server_->Send(name, "/api/v1/goto",
+                boost::json::serialize(boost::json::object{
+                    {"link", options_.link}, {"id", entry_.id}, {"x_m", at.x}, {"y_m", at.y}}));
 }
 
 void BridgedRobot::ExchangeFrames(int64_t now_ms) {
@@ -140,6 +167,23 @@ std::string BridgedRobot::StateText() const {
   }
   const client::BehaviourState& state = robot_.conversation().state();
   return attach::MotionText(state.flags, state.trail_lost);
+}
+
+RobotReport BridgedRobot::MakeReport() const {
+  const client::Conversation& conversation = robot_.conversation();
+  const uint8_t flags = conversation.state().flags;
+  constexpr uint8_t kHarmless = client::kHalted | client::kTrailLost | client::kNoAnswerYet;
+  const bool wrong = !robot_.has_place() || (flags & ~kHarmless) != 0;
+  return {.name_space = entry_.name_space,
+          .id = entry_.id,
+          .health = wrong        ? Health::kError
+                    : flags != 0 ? Health::kWarning
+                                 : Health::kOk,
+          .state = StateText(),
+          .odometry = robot_.has_odometry() ? std::optional(robot_.odometry()) : std::nullopt,
+          .odometry_frame = odometry_frame_,
+          .requests = conversation.counters().requests,
+          .answers = conversation.counters().answers};
 }
 
 void BridgedRobot::Report(int64_t now_ms) {

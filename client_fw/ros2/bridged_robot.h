@@ -1,7 +1,7 @@
 // A robot of pheromone-ros2: its topics below NAMESPACE, its way to the server, and the RosRobot
 // between them.
 //
-//   BridgedRobot robot(node, options, options.robots[0]);
+//   BridgedRobot robot(node, options, options.robots[0], &server);
 //   robot.OnTransform("map", "tb1/odom", transform);       // of /tf, if that is used
 //   robot.Turn(now_ms);                                    // every millisecond
 //   poll(robot.descriptor(), robot.poll_events())
@@ -10,20 +10,22 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 
 #include "client_fw/attach/servers.h"
 #include "client_fw/ros2/node.h"
 #include "client_fw/ros2/options.h"
+#include "client_fw/ros2/robot_report.h"
 #include "client_fw/ros2/ros_robot.h"
+#include "client_fw/ros2/server_thread.h"
 
 namespace pheromone::ros2 {
 
 class BridgedRobot {
  public:
-  /// `node` and `options` outlive it.
-  BridgedRobot(Node* node, const BridgeOptions& options, const RobotEntry& entry);
+  /// All outlive it. `server` takes its orders.
+  BridgedRobot(Node* node, const BridgeOptions& options, const RobotEntry& entry,
+               ServerThread* server);
   BridgedRobot(const BridgedRobot&) = delete;
   BridgedRobot& operator=(const BridgedRobot&) = delete;
 
@@ -45,15 +47,18 @@ class BridgedRobot {
   const std::string& odometry_frame() const { return odometry_frame_; }
   /// What it does, and why: "drives", "stands: halted, until it is told to resume".
   std::string StateText() const;
+  RobotReport MakeReport() const;
 
  private:
   void TakeMessages(int64_t now_ms);
+  void OnGoal(const PoseStamped& goal, int64_t now_ms);
   void ExchangeFrames(int64_t now_ms);
   void PublishSpeed(const Speed& speed);
   void PublishSensed();
 
   const BridgeOptions& options_;
   const RobotEntry entry_;
+  ServerThread* const server_;
   RosRobot robot_;
   attach::Servers servers_;
   bool sending_ = false;
@@ -62,6 +67,7 @@ class BridgedRobot {
   Subscription<Odometry> odometry_;
   Subscription<PoseWithCovarianceStamped> amcl_pose_;
   Subscription<Bool> enable_;
+  Subscription<PoseStamped> goal_;
   Publisher<Twist> twist_;
   Publisher<TwistStamped> stamped_twist_;
   Publisher<Float32MultiArray> sensed_;

@@ -92,10 +92,17 @@ int Main(int argc, char** argv) {
                  "The server's link: udp:HOST:PORT, or HOST:PORT for TCP; once more for each other "
                  "server of a cluster")
       ->allow_extra_args(false);
-  app.add_option("--allow", words.allowed,
-                 "An input that changes something: enable, halt; once for each")
+  app.add_option(
+         "--allow", words.allowed,
+         "An input that changes something: enable, halt, goal, deposit, paint; once for each")
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"enable", "halt"}));
+      ->check(CLI::IsMember({"enable", "halt", "goal", "deposit", "paint"}));
+  app.add_option("--socket", options.socket,
+                 "The server's control socket, on this machine: publish maps, markers and states, "
+                 "and send orders");
+  app.add_option("--link", options.link,
+                 "The name of the server's link that --server leads to, for goals, and for the "
+                 "frames of robots that a tracker sees");
   app.add_option("--pose", words.pose,
                  "Where poses on the map come from: start, tf, amcl (default: start)")
       ->check(CLI::IsMember({"start", "tf", "amcl"}));

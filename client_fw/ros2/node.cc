@@ -19,9 +19,9 @@ QosPointer MakeQos(bool writer, Quality quality) {
   QosPointer qos(dds_create_qos(), &dds_delete_qos);
   const bool reliable = quality != Quality::kSensor && quality != Quality::kFrames;
   const bool kept = quality == Quality::kLatched || quality == Quality::kStatic;
-  const int32_t depth = quality == Quality::kFrames || quality == Quality::kStatic ? 100
-                        : quality == Quality::kOrders && !writer                   ? 10
-                                                                                   : 1;
+  const bool many =
+      quality == Quality::kFrames || quality == Quality::kStatic || quality == Quality::kMany;
+  const int32_t depth = many ? 100 : quality == Quality::kOrders && !writer ? 10 : 1;
   dds_qset_reliability(qos.get(), reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,
                        DDS_MSECS(1));
   dds_qset_durability(qos.get(), kept ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);

@@ -40,6 +40,7 @@ enum class Distro : uint8_t { kAuto, kHumble, kIron };  ///< kIron: and later
 enum class Quality : uint8_t {
   kLatched,  ///< reliable, transient local, the last one: maps
   kOrders,   ///< reliable, the last one to send, ten to receive: what must arrive
+  kMany,     ///< to receive: reliable, the last hundred
   kSensor,   ///< to receive: best effort, the last one; matches every publisher
   kFrames,   ///< to receive: best effort, the last hundred: /tf
   kStatic,   ///< to receive: reliable, transient local, the last hundred: /tf_static

@@ -104,6 +104,10 @@ Status CheckOptions(const BridgeOptions& options) {
   if (options.socket.empty() && !options.link.empty()) {
     return Error{"--link: there is no server to ask about it, expected --socket"};
   }
+  const bool publishes_frames = options.localisation == Localisation::kStart;
+  if (!options.link.empty() && (options.robots.empty() || !(allowed.goal || publishes_frames))) {
+    return Error{"--link: for --allow goal, and for frames of robots with a start pose"};
+  }
   if (allowed.goal && options.link.empty()) {
     return Error{"--allow goal: the server has to know which robot, expected --link"};
   }

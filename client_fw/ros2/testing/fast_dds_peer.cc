@@ -131,13 +131,16 @@ class Discoveries : public DomainParticipantListener {
       Say("participant " + TextOf(found.info.m_guid) + " " + TextOf(found.info.m_userData));
     }
   }
-  void on_publisher_discovery(DomainParticipant*, rtps::WriterDiscoveryInfo&& found) override {
-    if (found.status == rtps::WriterDiscoveryInfo::DISCOVERED_WRITER) {
+  void on_publisher_discovery(DomainParticipant* self, rtps::WriterDiscoveryInfo&& found) override {
+    if (found.status == rtps::WriterDiscoveryInfo::DISCOVERED_WRITER &&
+        found.info.guid().guidPrefix != self->guid().guidPrefix) {
       SayEndpoint("writer", found.info);
     }
   }
-  void on_subscriber_discovery(DomainParticipant*, rtps::ReaderDiscoveryInfo&& found) override {
-    if (found.status == rtps::ReaderDiscoveryInfo::DISCOVERED_READER) {
+  void on_subscriber_discovery(DomainParticipant* self,
+                               rtps::ReaderDiscoveryInfo&& found) override {
+    if (found.status == rtps::ReaderDiscoveryInfo::DISCOVERED_READER &&
+        found.info.guid().guidPrefix != self->guid().guidPrefix) {
       SayEndpoint("reader", found.info);
     }
   }

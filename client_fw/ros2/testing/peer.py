@@ -93,6 +93,7 @@ class Peer:
     def close(self):
         self.process.stdin.close()
         self.thread.join()
+        self.process.stdout.close()
         self.process.wait()
 
 
