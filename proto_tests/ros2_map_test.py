@@ -322,8 +322,64 @@ class DistroTest(unittest.TestCase):
         self.run_with("--distro", "humble", graph_of="rmw_dds_common_humble/msg/ParticipantEntitiesInfo")
 
 
+class PoseTest(unittest.TestCase):
+    """A robot whose pose on the map somebody else finds."""
+
+    def placed(self, source, topic, kind, message):
+        """Where the server has it, while this message is published. Its odometry is (10, -20), turned
+        by 1 rad."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        folder = pathlib.Path(folder.name)
+        udp = free_port()
+        write_config(folder, config(udp, free_port()))
+        daemon = OperatedDaemon(self.bin_dir, folder)
+        self.addCleanup(daemon.kill)
+        domain = free_domain() % 100 + 1
+        peer = Peer(self.tests_dir, domain)
+        self.addCleanup(peer.close)
+        bases = Bases([Base(peer, "tb1", (0, 0, 0))])
+        self.addCleanup(bases.stop)
+        bridge = Bridge(self.bin_dir, folder, domain, "--server", f"udp:127.0.0.1:{udp}", "--robot",
+                        "tb1:7", "--pose", source)
+        self.addCleanup(bridge.stop)
+        wait_until(lambda: "tb1: stands: no pose on the map" in bridge.log(), "odometry is there")
+        peer.make(topic, kind, latched=True)
+
+        def pose():
+            peer.write(topic, message)
+            clients = json.loads(daemon.call("GET", "/api/v1/clients")[1])["clients"]
+            return clients[0]["pose"] if clients else None
+
+        wait_until(pose, "the server has a pose")
+        return pose()
+
+    def test_by_tf(self):
+        rotation = {"z": math.sin(-0.5), "w": math.cos(-0.5)}  # -1 rad
+        at = {"x": 1 - (10 * math.cos(1) - 20 * math.sin(1)),
+              "y": 2 - (-10 * math.sin(1) - 20 * math.cos(1))}
+        for topic in ("rt/tf", "rt/tf_static"):
+            pose = self.placed("tf", topic, "tf2_msgs/msg/TFMessage", {"transforms": [
+                {"header": {"frame_id": "map"}, "child_frame_id": "tb2/odom",
+                 "transform": {"rotation": {"w": 1}}},
+                {"header": {"frame_id": "map"}, "child_frame_id": "tb1/odom",
+                 "transform": {"translation": at, "rotation": rotation}}]})
+            self.assertAlmostEqual(pose["x_m"], 1, delta=0.002)
+            self.assertAlmostEqual(pose["y_m"], 2, delta=0.002)
+            self.assertAlmostEqual(pose["heading_deg"] % 360 % 359.9, 0, delta=0.1)
+
+    def test_by_amcl(self):
+        pose = self.placed("amcl", "rt/tb1/amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", {
+            "header": {"frame_id": "map"}, "pose": {"pose": {
+                "position": {"x": 1.25, "y": 0.5},
+                "orientation": {"z": math.sin(0.25), "w": math.cos(0.25)}}}})
+        self.assertAlmostEqual(pose["x_m"], 1.25, delta=0.002)
+        self.assertAlmostEqual(pose["y_m"], 0.5, delta=0.002)
+        self.assertAlmostEqual(pose["heading_deg"], math.degrees(0.5), delta=0.1)
+
+
 def main():
-    for case in (MapTest, DistroTest):
+    for case in (MapTest, DistroTest, PoseTest):
         case.bin_dir, case.tests_dir = (pathlib.Path(it).resolve() for it in sys.argv[1:3])
     unittest.main(argv=sys.argv[:1] + sys.argv[3:])
 
