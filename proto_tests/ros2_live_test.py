@@ -56,6 +56,11 @@ class Bridge:
         check(self.process.poll() is None, f"pheromone-ros2 ended:\n{self.file.read_text()}")
         return self.file.read_text()
 
+    def cpu_s(self):
+        """Of a processor, since its start."""
+        words = pathlib.Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
     def stop(self):
         self.process.send_signal(signal.SIGTERM)
         status = self.process.wait(DEADLINE_S)
@@ -111,7 +116,9 @@ def run(bin_dir, tests_dir, folder, count, seconds):
                                        {"link": "udp", "id": i + 1, "command": "resume"})
             check(status == 200, text)
         wait_until(lambda: all(robot.way_m > 0.1 for robot in robots), "all robots drive")
+        begin_s = bridge.cpu_s()
         time.sleep(seconds)
+        print(f"pheromone-ros2 took {100 * (bridge.cpu_s() - begin_s) / seconds:.1f} % of a processor")
         for robot in robots:
             off = [distance_m(place, path) for place in robot.track[::30]]
             print(f"{robot.name}: {robot.way_m:.1f} m, on average {sum(off) / len(off):.3f} m and at "

@@ -44,7 +44,7 @@ Result<Discovery> ReadEnvironment(const std::function<const char*(const char*)>&
   }
   std::string range = text("ROS_AUTOMATIC_DISCOVERY_RANGE");
   const std::string localhost = text("ROS_LOCALHOST_ONLY");
-  if (localhost != "" && localhost != "0" && localhost != "1") {
+  if (!localhost.empty() && localhost != "0" && localhost != "1") {
     return Error{"ROS_LOCALHOST_ONLY: \"" + localhost + "\", expected 0 or 1"};
   }
   if (range.empty()) {

@@ -11,6 +11,7 @@ template <class Message>
 struct Kind;
 
 // PHEROMONE_KIND(package, name, hash)
+// NOLINTBEGIN(bugprone-macro-parentheses): names of types
 #define PHEROMONE_KIND(package, name, hash)              \
   using name = package##_msg_dds__##name##_;             \
   template <>                                            \
@@ -20,6 +21,7 @@ struct Kind;
       return &package##_msg_dds__##name##__desc;         \
     }                                                    \
   };
+// NOLINTEND(bugprone-macro-parentheses)
 
 PHEROMONE_KIND(std_msgs, Bool, "feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9")
 PHEROMONE_KIND(std_msgs, Empty, "20b625256f32d5dbc0d04fee44f43c41e51c70d3502f84b4a08e7a9c26a96312")

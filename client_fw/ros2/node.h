@@ -79,7 +79,7 @@ class Subscription {
   void Take(Receive receive) {
     constexpr size_t kMax = 16;
     std::array<void*, kMax> samples{};
-    std::array<dds_sample_info_t, kMax> infos;
+    std::array<dds_sample_info_t, kMax> infos{};
     const int32_t count =
         reader_ > 0 ? dds_take(reader_, samples.data(), infos.data(), kMax, kMax) : 0;
     for (int32_t i = 0; i < count; ++i) {

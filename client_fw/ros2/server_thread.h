@@ -59,7 +59,7 @@ class ServerThread {
   void Run();
   bool Wait(int64_t ms);
   void SendOrders();
-  void Turn(int64_t now_ms);
+  void Turn(int64_t turn);
   /// Nothing, with the reason noted, if there is no such answer.
   std::optional<boost::json::value> Ask(const std::string& target);
   void FindLayers();
