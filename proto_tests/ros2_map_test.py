@@ -114,6 +114,10 @@ class MapTest(unittest.TestCase):
         self.assertEqual(level(walls, 3.5, 0.3), 0)
         self.assertEqual(set(walls["data"]), {0, 100})
         self.assertEqual(walls["info"]["origin"]["orientation"]["w"], 1)
+        # What has not changed is not published again, in a second and more.
+        told = self.peer.count("rt/diagnostics")
+        wait_until(lambda: self.peer.count("rt/diagnostics") > told + 1, "time passes")
+        self.assertEqual(self.peer.count(WALLS), 1)
 
     def test_what_is_painted_and_deposited_by_topic_is_published(self):
         def drawn(x_m, y_m):
@@ -278,7 +282,7 @@ class MapTest(unittest.TestCase):
         if self.capture is None:
             self.skipTest("no capture: dumpcap may not capture on this machine")
         capture, file = self.capture
-        # What the other tests exchange is captured until here, so that this one is to be the last.
+        # What the other tests exchange is captured until here: this one comes after them in the alphabet.
         capture.send_signal(signal.SIGINT)
         capture.wait()
         told = subprocess.run(["tshark", "-r", file, "-Y", "rtps", "-T", "fields", "-e", "_ws.malformed"],
@@ -287,6 +291,17 @@ class MapTest(unittest.TestCase):
         print(f"{len(frames)} RTPS frames")
         self.assertGreater(len(frames), 500)
         self.assertEqual([line for line in frames if line], [])
+
+    def test_without_a_server_diagnostics_say_so(self):
+        self.daemon.kill()
+
+        def server():
+            states = self.peer.last("rt/diagnostics")["status"]
+            return next(it for it in states if it["name"] == "pheromone: server")
+
+        wait_until(lambda: server()["level"] == 2, "an error is told")
+        self.assertIn("no server at", server()["message"])
+        self.assertIn("server: no server at", self.bridge.log())
 
 
 class DistroTest(unittest.TestCase):
@@ -317,6 +332,23 @@ class DistroTest(unittest.TestCase):
         self.assertEqual(peer.endpoints["writer", "ros_discovery_info"][2:], ["reliable", "latched", ""])
         # Without --allow there is no input but odometry.
         self.assertEqual({topic for kind, topic in peer.endpoints if kind == "reader"}, {"rt/tb1/odom"})
+
+    def test_beside_a_node_with_type_hash_gids_have_16_bytes(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        domain = free_domain() % 100 + 1
+        peer = Peer(self.tests_dir, domain)
+        self.addCleanup(peer.close)
+        gids = set()
+        peer.read("ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo", latched=True,
+                  watch=lambda info: gids.add(bytes(info["gid"]["data"])))
+        for distro in ("iron", "auto"):
+            below = pathlib.Path(folder.name) / distro
+            below.mkdir()
+            bridge = Bridge(self.bin_dir, below, domain, "--server", f"udp:127.0.0.1:{free_port()}",
+                            "--robot", f"{distro}:1:0,0,0", "--distro", distro)
+            self.addCleanup(bridge.stop)
+        wait_until(lambda: len(gids) == 2, "both have a graph")
 
     def test_distro_can_be_set(self):
         self.run_with("--distro", "humble", graph_of="rmw_dds_common_humble/msg/ParticipantEntitiesInfo")

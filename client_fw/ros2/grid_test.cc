@@ -10,12 +10,12 @@
 namespace pheromone::ros2 {
 namespace {
 
-Result<Grid> Read(const std::string& text) {
+Result<Grid> ReadText(const std::string& text) {
   return ReadGrid(boost::json::parse(text));
 }
 
 TEST(Grid, RowsGoUpwardsAndLevelsToNinetyEight) {
-  Grid grid = Read(R"({"maximum": 2, "columns": 3, "rows": 2, "origin_m": [-1, 0.5],
+  Grid grid = ReadText(R"({"maximum": 2, "columns": 3, "rows": 2, "origin_m": [-1, 0.5],
                        "cell_m": 0.25, "values": [[0, 1, 2], [null, 0.01, 3]]})")
                   .value();
   EXPECT_EQ(grid.cells, (std::vector<int8_t>{-1, 0, 98, 0, 49, 98}));
@@ -35,7 +35,7 @@ TEST(Grid, RowsGoUpwardsAndLevelsToNinetyEight) {
 }
 
 TEST(Grid, ObstaclesAreAHundred) {
-  EXPECT_EQ(Read(R"({"columns": 2, "rows": 1, "origin_m": [0, 0], "cell_m": 1,
+  EXPECT_EQ(ReadText(R"({"columns": 2, "rows": 1, "origin_m": [0, 0], "cell_m": 1,
                      "values": [[1, 0]]})")
                 .value()
                 .cells,
@@ -51,7 +51,7 @@ TEST(Grid, WhatIsNoRasterIsAnError) {
         R"({"columns": 1e18, "rows": 1e18, "origin_m": [0, 0], "cell_m": 1, "values": [[1]]})",
         R"({"maximum": 0, "columns": 1, "rows": 1, "origin_m": [0, 0], "cell_m": 1,
             "values": [[1]]})"}) {
-    EXPECT_FALSE(Read(text).ok()) << text;
+    EXPECT_FALSE(ReadText(text).ok()) << text;
   }
 }
 

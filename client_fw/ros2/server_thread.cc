@@ -25,7 +25,6 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::chrono::seconds kPatience{5};
-constexpr int64_t kNsPerMs = 1'000'000;
 constexpr int64_t kTurnMs = 200;
 constexpr int64_t kDiagnosticTurns = 5;  // once a second
 constexpr int64_t kLawTurns = 25;        // what the map has is asked again every five seconds
@@ -93,8 +92,7 @@ void ServerThread::Send(const std::string& name, const std::string& target,
                         const std::string& body) {
   const std::lock_guard lock(mutex_);
   if (orders_.size() >= kMaxOrders) {
-    attach::SayLine((MonotonicNs() - start_ns_) / kNsPerMs,
-                    name + ": dropped, the server is behind with orders");
+    attach::SayLine(NowMs(), name + ": dropped, the server is behind with orders");
     return;
   }
   Order order{name, target, body};
@@ -110,21 +108,25 @@ bool ServerThread::Wait(int64_t ms) {
   return ending_;
 }
 
+int64_t ServerThread::NowMs() const {
+  return (MonotonicNs() - start_ns_) / 1'000'000;
+}
+
 void ServerThread::Run() {
   int64_t turn = 0;
   int64_t due_ms = 0;
   for (;;) {
-    const int64_t now_ms = (MonotonicNs() - start_ns_) / kNsPerMs;
+    const int64_t now_ms = NowMs();
     if (Wait(std::max<int64_t>(0, due_ms - now_ms))) {
       return;
     }
     SendOrders();
-    const int64_t begin_ms = (MonotonicNs() - start_ns_) / kNsPerMs;
+    const int64_t begin_ms = NowMs();
     if (begin_ms < due_ms) {
       continue;
     }
     Turn(turn++);
-    const int64_t end_ms = (MonotonicNs() - start_ns_) / kNsPerMs;
+    const int64_t end_ms = NowMs();
     due_ms = begin_ms + std::max(kTurnMs, 4 * (end_ms - begin_ms));
   }
 }
@@ -142,8 +144,7 @@ void ServerThread::SendOrders() {
     }
     const ctl::Reply reply = ctl::Ask({.socket = options_.socket, .patience = kPatience}, "POST",
                                       order.target, order.body);
-    attach::SayLine((MonotonicNs() - start_ns_) / kNsPerMs,
-                    order.name + ": " + (reply.exit_status == 0 ? "done" : reply.error));
+    attach::SayLine(NowMs(), order.name + ": " + (reply.exit_status == 0 ? "done" : reply.error));
   }
 }
 
@@ -221,8 +222,7 @@ bool ServerThread::IsOnMap(const Header& header, const std::string& what) {
     return true;
   }
   attach::SayLine(
-      (MonotonicNs() - start_ns_) / kNsPerMs,
-      fmt::format("{}: frame \"{}\", expected \"{}\"", what, frame, options_.map_frame));
+      NowMs(), fmt::format("{}: frame \"{}\", expected \"{}\"", what, frame, options_.map_frame));
   return false;
 }
 
@@ -245,7 +245,7 @@ void ServerThread::TakeOrders(Layer* layer) {
       points.push_back({at.x, at.y});
     }
     if (!good) {
-      attach::SayLine((MonotonicNs() - start_ns_) / kNsPerMs,
+      attach::SayLine(NowMs(),
                       fmt::format("paint: a path of {} poses, expected 1 to {} finite ones",
                                   message.poses._length, kMaxPathPoints));
     } else if (IsOnMap(message.header, "paint")) {
@@ -268,9 +268,8 @@ void ServerThread::PublishFrames(const json::value& clients) {
     if (ctl::TextAt(pose, "source") != "tracker" || robot == reports.end() || !robot->odometry) {
       continue;
     }
-    constexpr double kRadPerDegree = std::numbers::pi / 180;
     const PlanePose map{ctl::NumberAt(pose, "x_m"), ctl::NumberAt(pose, "y_m"),
-                        ctl::NumberAt(pose, "heading_deg") * kRadPerDegree};
+                        ctl::NumberAt(pose, "heading_deg") * std::numbers::pi / 180};
     const PlanePose frame = Compose(map, Inverse(*robot->odometry));
     frames.push_back({MakeHeader(options_.map_frame),
                       Text(robot->odometry_frame),
@@ -347,8 +346,7 @@ void ServerThread::Turn(int64_t turn) {
       }
     }
     if (trouble_ != said_) {
-      attach::SayLine((MonotonicNs() - start_ns_) / kNsPerMs,
-                      "server: " + (trouble_.empty() ? "answers" : trouble_));
+      attach::SayLine(NowMs(), "server: " + (trouble_.empty() ? "answers" : trouble_));
       said_ = trouble_;
     }
   }

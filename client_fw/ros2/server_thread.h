@@ -11,6 +11,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
@@ -56,6 +57,7 @@ class ServerThread {
     Subscription<Path> paint;
   };
 
+  int64_t NowMs() const;  // since the start
   void Run();
   bool Wait(int64_t ms);
   void SendOrders();
