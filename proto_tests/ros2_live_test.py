@@ -12,6 +12,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -41,6 +42,12 @@ def distance_m(point, polyline):
     return nearest
 
 
+def last_state(log, name):
+    """What pheromone-ros2 last said that a robot does."""
+    states = re.findall(rf"  {name}: ((?:stands|drives).*)", log)
+    return states[-1] if states else ""
+
+
 class Bridge:
     """pheromone-ros2, whose lines go to a file."""
 
@@ -55,6 +62,9 @@ class Bridge:
     def log(self):
         check(self.process.poll() is None, f"pheromone-ros2 ended:\n{self.file.read_text()}")
         return self.file.read_text()
+
+    def state(self, name):
+        return last_state(self.log(), name)
 
     def cpu_s(self):
         """Of a processor, since its start."""
@@ -131,7 +141,7 @@ def run(bin_dir, tests_dir, folder, count, seconds):
         cut_s = time.monotonic()
         wait_until(lambda: robots[0].v == 0 and robots[0].w == 0, "the robot stands")
         print(f"odometry cut: zero speed after {time.monotonic() - cut_s:.2f} s")
-        wait_until(lambda: "tb1: stands: odometry has stopped" in bridge.log(), "it is told")
+        wait_until(lambda: "odometry has stopped" in bridge.state("tb1"), "it is told")
         other_m = robots[1].way_m
         wait_until(lambda: robots[1].way_m > other_m + 0.1, "the others drive on")
         check(robots[0].v == 0, "a robot without odometry drives")
@@ -147,7 +157,7 @@ def run(bin_dir, tests_dir, folder, count, seconds):
         # All halt, and then nothing is published any more.
         peer.write("rt/pheromone/halt", {})
         wait_until(lambda: all(robot.v == 0 and robot.w == 0 for robot in robots), "all halt")
-        wait_until(lambda: all(f"{name}: stands: halted" in bridge.log() for name in names), "it is told")
+        wait_until(lambda: all("halted" in bridge.state(name) for name in names), "it is told")
         check(all(peer.last(robot.cmd)["linear"]["x"] == 0 for robot in robots), "a speed is left")
         answers = peer.count(sensed["tb1"])
         wait_until(lambda: peer.count(sensed["tb1"]) > answers + 8, "they still sense")

@@ -226,8 +226,7 @@ class MapTest(unittest.TestCase):
         self.assertLess(math.hypot(x - 1.0, y - 2.6), 0.25)
         self.assertIn("tb1: goal: done", self.bridge.log())
         self.peer.write("rt/pheromone/halt", {})
-        wait_until(lambda: "tb1: stands: halted" in self.bridge.log().split("tb1: goal: done")[1],
-                   "it is halted")
+        wait_until(lambda: "halted" in self.bridge.state("tb1"), "it is halted")
         wait_until(lambda: "halt: done" in self.bridge.log(), "the server was told to halt all")
 
     def test_endpoints_have_ros_names_types_qos_and_hashes(self):
@@ -375,7 +374,7 @@ class PoseTest(unittest.TestCase):
         bridge = Bridge(self.bin_dir, folder, domain, "--server", f"udp:127.0.0.1:{udp}", "--robot",
                         "tb1:7", "--pose", source)
         self.addCleanup(bridge.stop)
-        wait_until(lambda: "tb1: stands: no pose on the map" in bridge.log(), "odometry is there")
+        wait_until(lambda: "no pose on the map" in bridge.state("tb1"), "odometry is there")
         peer.make(topic, kind, latched=True)
 
         def pose():
