@@ -13,6 +13,7 @@ import unittest
 
 DEPLOY = pathlib.Path(__file__).resolve().parents[1] / "deploy"
 BIN_DIR = pathlib.Path()
+ROBOTS = ["pheromone-robot"]
 SIMULATIONS = {"pheromone-swarm": 4, "pheromone-experiments": 7}  # and their commands, at least
 
 # Sources the script and prints what it offers for the words given, the last of which is unfinished.
@@ -49,17 +50,19 @@ def manual_of(program):
 
 
 class ClientsManualTest(unittest.TestCase):
-    def test_every_option_of_the_robot_is_in_its_manual(self):
-        options = options_of("pheromone-robot")
-        self.assertGreater(len(options), 12)
-        for option in options:
-            self.assertRegex(manual_of("pheromone-robot"),
-                             rf"(?m)^\.It Fl -(.* Fl -)?{option.removeprefix('--')}\b")
+    def test_every_option_of_a_robot_is_in_its_manual(self):
+        for program in ROBOTS:
+            options = options_of(program)
+            self.assertGreater(len(options), 12)
+            for option in options:
+                self.assertRegex(manual_of(program),
+                                 rf"(?m)^\.It Fl -(.* Fl -)?{option.removeprefix('--')}\b")
 
-    def test_manual_names_no_option_that_the_robot_lacks(self):
-        items = re.findall(r"^\.It (Fl .*)", manual_of("pheromone-robot"), re.M)
-        named = {f"-{option}" for item in items for option in re.findall(r"Fl (-[a-z-]+)", item)}
-        self.assertEqual(named, options_of("pheromone-robot"))
+    def test_manual_names_no_option_that_a_robot_lacks(self):
+        for program in ROBOTS:
+            items = re.findall(r"^\.It (Fl .*)", manual_of(program), re.M)
+            named = {f"-{option}" for item in items for option in re.findall(r"Fl (-[a-z-]+)", item)}
+            self.assertEqual(named, options_of(program))
 
     def test_every_command_of_the_simulations_is_in_its_manual(self):
         for program, least in SIMULATIONS.items():
@@ -72,7 +75,7 @@ class ClientsManualTest(unittest.TestCase):
         for program in SIMULATIONS:
             self.assertEqual(offered(program, ""), commands_of(program))
         self.assertEqual(offered("pheromone-swarm", "pi"), {"pioneer"})
-        for words in [("pheromone-robot",), *((program,) for program in SIMULATIONS),
+        for words in [*((program,) for program in ROBOTS), *((program,) for program in SIMULATIONS),
                       *((program, command) for program in SIMULATIONS
                         for command in commands_of(program))]:
             self.assertEqual(offered(*words, "--"), options_of(*words), words)
@@ -120,4 +123,6 @@ class ClientsManualTest(unittest.TestCase):
 
 if __name__ == "__main__":
     BIN_DIR = pathlib.Path(sys.argv.pop()).resolve()
+    if (BIN_DIR / "pheromone-ros2").exists():  # it is not built where there is no DDS
+        ROBOTS.append("pheromone-ros2")
     unittest.main()

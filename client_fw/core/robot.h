@@ -42,6 +42,7 @@
 #include "client_fw/core/conversation.h"
 #include "client_fw/core/status_led.h"
 #include "client_fw/core/steering/range_limit.h"
+#include "protocol/opcodes.h"
 
 namespace pheromone {
 namespace client {
@@ -102,6 +103,10 @@ class Robot {
 
   /// Conversation::GreetAgain.
   void GreetAgain() { conversation_.GreetAgain(); }
+  /// A COMMAND without arguments that somebody beside the robot gives.
+  protocol::Reason Execute(protocol::CommandCode code) {
+    return conversation_.behaviour()->Execute(static_cast<uint8_t>(code), nullptr);
+  }
 
   const Conversation& conversation() const { return conversation_; }
   const Task& task() const { return task_; }

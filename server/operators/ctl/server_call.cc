@@ -36,7 +36,6 @@ namespace http = boost::beast::http;
 namespace json = boost::json;
 using Local = asio::local::stream_protocol;
 
-constexpr std::chrono::seconds kPatience{30};
 constexpr size_t kMaxBytes = size_t{256} << 20;
 constexpr int kBadRequest = 400;
 
@@ -60,12 +59,12 @@ Status CheckServer(const ServerSocket& socket, int descriptor) {
 }
 
 asio::awaitable<void> Talk(const ServerSocket& socket, http::request<http::string_body> request,
-                           Exchange* exchange) {
+                           std::chrono::seconds patience, Exchange* exchange) {
   const auto into = [](beast::error_code* error) {
     return asio::redirect_error(asio::use_awaitable, *error);
   };
   beast::basic_stream<Local> stream(co_await asio::this_coro::executor);
-  stream.expires_after(kPatience);
+  stream.expires_after(patience);
   co_await stream.async_connect(Local::endpoint(socket.path), into(&exchange->connecting));
   if (exchange->connecting) {
     co_return;
@@ -133,8 +132,8 @@ void AnnounceChange(const ServerSocket& socket) {
   announced = true;
 }
 
-Reply AskAt(const ServerSocket& socket, std::string_view method, const std::string& target,
-            const std::string& body) {
+Reply AskAt(const ServerSocket& socket, std::chrono::seconds patience, std::string_view method,
+            const std::string& target, const std::string& body) {
   if (socket.path.size() > 107) {
     return {kUsage, "", socket.path + ": too long for a Unix socket"};
   }
@@ -152,7 +151,7 @@ Reply AskAt(const ServerSocket& socket, std::string_view method, const std::stri
 
   Exchange exchange;
   asio::io_context io;
-  asio::co_spawn(io, Talk(socket, std::move(request), &exchange), asio::detached);
+  asio::co_spawn(io, Talk(socket, std::move(request), patience, &exchange), asio::detached);
   io.run();
   if (exchange.connecting) {
     return {kNoServer, "", Advice(socket.path, exchange.connecting)};
@@ -182,7 +181,7 @@ int Fail(int exit_status, const std::string& words) {
 Reply Ask(const ServerOptions& options, std::string_view method, const std::string& target,
           const std::string& body) {
   const Result<ServerSocket> socket = ChooseSocket(options.socket);
-  return socket.ok() ? AskAt(socket.value(), method, target, body)
+  return socket.ok() ? AskAt(socket.value(), options.patience, method, target, body)
                      : Reply{kNoServer, "", socket.error()};
 }
 
@@ -209,7 +208,7 @@ Reply Call(const ServerOptions& options, std::string_view method, const std::str
   if (method != "GET") {
     AnnounceChange(socket.value());
   }
-  Reply reply = AskAt(socket.value(), method, target, body);
+  Reply reply = AskAt(socket.value(), options.patience, method, target, body);
   if (reply.exit_status != 0) {
     Fail(reply.exit_status, reply.error);
   }

@@ -8,6 +8,7 @@
 // kind.
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <string_view>
 
@@ -26,8 +27,9 @@ int Fail(int exit_status, const std::string& words);
 
 /// The server's socket, and how its answers are shown.
 struct ServerOptions {
-  std::string socket;  ///< empty: see ChooseSocket (server_socket.h)
-  bool json = false;   ///< as the server sent them
+  std::string socket;                 ///< empty: see ChooseSocket (server_socket.h)
+  bool json = false;                  ///< as the server sent them
+  std::chrono::seconds patience{30};  ///< until an answer has arrived whole
 };
 
 struct Reply {
@@ -36,7 +38,7 @@ struct Reply {
   std::string error = {};  ///< unless the exit status is 0
 };
 
-/// Sends a request, and waits for the answer for at most half a minute. Reports nothing.
+/// Sends a request, and waits for the answer. Reports nothing.
 Reply Ask(const ServerOptions& options, std::string_view method, const std::string& target,
           const std::string& body = "");
 

@@ -1,0 +1,78 @@
+#include "client_fw/ros2/options.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <string>
+
+namespace pheromone::ros2 {
+namespace {
+
+BridgeOptions OneRobot() {
+  BridgeOptions options;
+  options.client.fail_safe_ms = 400;
+  options.robots = {ParseRobot("tb1:1:5,3,-15").value()};
+  options.servers = {attach::ParseAddress("udp:127.0.0.1:4951", 9600).value()};
+  return options;
+}
+
+std::string Wrong(const BridgeOptions& options) {
+  return CheckOptions(options).ErrorOr("");
+}
+
+TEST(RosOptions, RobotHasNamespaceIdAndStart) {
+  const RobotEntry robot = ParseRobot("lab/tb7:254:5,3.5,-90").value();
+  EXPECT_EQ(robot.name_space, "lab/tb7");
+  EXPECT_EQ(robot.id, 254);
+  EXPECT_EQ(robot.start->x_m, 5);
+  EXPECT_EQ(robot.start->y_m, 3.5);
+  EXPECT_DOUBLE_EQ(robot.start->yaw, -std::numbers::pi / 2);
+  EXPECT_FALSE(ParseRobot("tb1:1").value().start);
+}
+
+TEST(RosOptions, EachMistakeInARobotIsNamed) {
+  EXPECT_EQ(ParseRobot("/tb1:1").error(),
+            "\"/tb1\" is no ROS namespace, expected one such as tb1 or lab/tb1");
+  EXPECT_EQ(ParseRobot("tb1").error(), "tb1: robot ID \"\", expected 1 to 254");
+  EXPECT_EQ(ParseRobot("tb1:255").error(), "tb1: robot ID \"255\", expected 1 to 254");
+  for (const char* text :
+       {"tb1:1:5", "tb1:1:5,3", "tb1:1:5,3,x", "tb1:1:nan,3,0", "tb1:1:1e9,3,0"}) {
+    EXPECT_NE(ParseRobot(text).error().find("expected X,Y,DEGREES in m"), std::string::npos)
+        << text;
+  }
+}
+
+TEST(RosOptions, OptionWithoutEffectIsAnError) {
+  EXPECT_EQ(Wrong(OneRobot()), "");
+  EXPECT_NE(Wrong({}).find("nothing to do"), std::string::npos);
+  BridgeOptions options = OneRobot();
+  options.allowed.goal = true;
+  EXPECT_NE(Wrong(options).find("expected --socket"), std::string::npos);
+  options.socket = "pheromoned.sock";
+  EXPECT_NE(Wrong(options).find("expected --link"), std::string::npos);
+  options.link = "udp";
+  EXPECT_EQ(Wrong(options), "");
+  options = OneRobot();
+  options.link = "udp";
+  EXPECT_NE(Wrong(options).find("expected --socket"), std::string::npos);
+  options = OneRobot();
+  options.localisation = Localisation::kTf;
+  EXPECT_NE(Wrong(options).find("has a start pose"), std::string::npos);
+  options.robots[0].start.reset();
+  EXPECT_EQ(Wrong(options), "");
+  options.localisation = Localisation::kStart;
+  EXPECT_NE(Wrong(options).find("has no start pose"), std::string::npos);
+}
+
+TEST(RosOptions, RobotsDifferInNamespaceAndId) {
+  BridgeOptions options = OneRobot();
+  options.robots.push_back(ParseRobot("tb1:2:0,0,0").value());
+  EXPECT_NE(Wrong(options), "");
+  options.robots.back() = ParseRobot("tb2:1:0,0,0").value();
+  EXPECT_NE(Wrong(options), "");
+  options.robots.back() = ParseRobot("tb2:2:0,0,0").value();
+  EXPECT_EQ(Wrong(options), "");
+}
+
+}  // namespace
+}  // namespace pheromone::ros2

@@ -1,0 +1,153 @@
+#include "client_fw/ros2/ros_robot.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace pheromone::ros2 {
+namespace {
+
+// Longer than this between two Steps is a pause: what the server sent meanwhile is old.
+constexpr int64_t kPauseMs = 100;
+// Further than this, odometry does not get from one message to the next.
+constexpr double kJumpM = 0.5;
+constexpr double kFastestMPerS = 2.0;
+
+client::Parameters WithStart(client::Parameters parameters, PoseSource source) {
+  if (source == PoseSource::kMap) {
+    parameters.start = client::Pose{0, 0, 0};
+  }
+  return parameters;
+}
+
+bool IsFinite(const PlanePose& pose) {
+  return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw);
+}
+
+}  // namespace
+
+PlanePose Compose(const PlanePose& frame, const PlanePose& pose) {
+  const double c = std::cos(frame.yaw);
+  const double s = std::sin(frame.yaw);
+  return {frame.x_m + c * pose.x_m - s * pose.y_m, frame.y_m + s * pose.x_m + c * pose.y_m,
+          frame.yaw + pose.yaw};
+}
+
+PlanePose Inverse(const PlanePose& pose) {
+  const double c = std::cos(pose.yaw);
+  const double s = std::sin(pose.yaw);
+  return {-c * pose.x_m - s * pose.y_m, s * pose.x_m - c * pose.y_m, -pose.yaw};
+}
+
+std::optional<client::Pose> ToClientPose(const PlanePose& pose) {
+  constexpr double kFarthestM = client::kMaxCoordinateMm / 1000.0;
+  if (!IsFinite(pose) || std::abs(pose.x_m) > kFarthestM || std::abs(pose.y_m) > kFarthestM) {
+    return std::nullopt;
+  }
+  constexpr double kTurn = 2 * std::numbers::pi;
+  const auto angle =
+      static_cast<int64_t>(std::llround(std::remainder(pose.yaw, kTurn) * 65'536 / kTurn));
+  return client::Pose{static_cast<int32_t>(std::lround(pose.x_m * 1000)),
+                      static_cast<int32_t>(std::lround(pose.y_m * 1000)),
+                      static_cast<client::BinaryAngle>(angle & 0xFFFF)};
+}
+
+RosRobot::RosRobot(const client::Parameters& parameters, double track_m, PoseSource source)
+    : track_m_(track_m),
+      source_(source),
+      robot_(&board_, &drive_, WithStart(parameters, source), &memory_) {}
+
+void RosRobot::OnOdometry(const PlanePose& pose, int64_t now_ms) {
+  if (!IsFinite(pose)) {
+    return;
+  }
+  if (odometry_ms_) {
+    const double seconds = static_cast<double>(now_ms - *odometry_ms_) / 1000;
+    const double way_m = std::hypot(pose.x_m - odometry_.x_m, pose.y_m - odometry_.y_m);
+    jumped_ |= source_ == PoseSource::kStart && way_m > kJumpM + kFastestMPerS * seconds;
+  }
+  if (!first_odometry_) {
+    first_odometry_ = pose;
+  }
+  odometry_ = pose;
+  odometry_ms_ = now_ms;
+}
+
+void RosRobot::OnServerBytes(std::span<const uint8_t> bytes) {
+  from_server_.insert(from_server_.end(), bytes.begin(), bytes.end());
+}
+
+void RosRobot::Enable(bool enabled) {
+  disabled_ = !enabled;
+  resume_ = enabled;
+}
+
+std::optional<client::Pose> RosRobot::Place() const {
+  if (!fresh_) {
+    return std::nullopt;
+  }
+  if (source_ == PoseSource::kStart) {
+    return ToClientPose(Compose(Inverse(*first_odometry_), odometry_));
+  }
+  return map_to_odometry_ ? ToClientPose(Compose(*map_to_odometry_, odometry_)) : std::nullopt;
+}
+
+void RosRobot::Step(int64_t now_ms) {
+  if (now_ms - now_ms_ > kPauseMs) {
+    from_server_.clear();
+  }
+  now_ms_ = now_ms;
+  const bool was_fresh = fresh_;
+  fresh_ = odometry_ms_ && now_ms - *odometry_ms_ <= kOdometryMs;
+  const std::optional<client::Pose> place = Place();
+  drive_.known = place.has_value();
+  drive_.place = place.value_or(client::Pose{0, 0, 0});
+  drive_.state.alarms = static_cast<uint8_t>((disabled_ || halt_ ? client::kStopButtonAlarm : 0) |
+                                             (jumped_ ? client::kPoseLostAlarm : 0));
+  board_.set_millis(static_cast<client::Moment>(now_ms));
+  board_.Receive(from_server_.data(), from_server_.size());
+  from_server_.clear();
+  robot_.Step();
+  halt_ = jumped_ = false;
+  if (resume_) {
+    // A resume that an alarm still forbids waits for it to end.
+    resume_ = drive_.state.alarms != 0 && !disabled_;
+    robot_.Execute(protocol::CommandCode::kResume);
+  }
+  drive_.told |= was_fresh && !fresh_;
+  if (released()) {
+    silent_ms_ = now_ms + kStandMs;
+  }
+}
+
+std::optional<Speed> RosRobot::TakeSpeed() {
+  const bool told = drive_.told && now_ms_ < silent_ms_;
+  drive_.told = false;
+  if (!told) {
+    return std::nullopt;
+  }
+  if (!drive_.known || !released()) {
+    return Speed{};
+  }
+  const double left = drive_.wheels.left_mm_s / 1000.0;
+  const double right = drive_.wheels.right_mm_s / 1000.0;
+  return Speed{(left + right) / 2, (right - left) / track_m_};
+}
+
+bool RosRobot::TakeSensed() {
+  const unsigned before = answers_;
+  answers_ = conversation().counters().answers;
+  return answers_ != before;
+}
+
+std::vector<uint8_t> RosRobot::TakeFrame() {
+  std::array<uint8_t, client::kMaxClientFrame> frame{};
+  const size_t size = board_.TakeTransmission(frame.data(), frame.size());
+  return {frame.begin(), frame.begin() + static_cast<ptrdiff_t>(size)};
+}
+
+client::Pose RosRobot::pose() const {
+  return client::StartPose(conversation().state().start).Place(drive_.place);
+}
+
+}  // namespace pheromone::ros2

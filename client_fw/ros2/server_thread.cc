@@ -1,0 +1,358 @@
+#include "client_fw/ros2/server_thread.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/serialize.hpp>
+
+#include "client_fw/attach/reporter.h"
+#include "client_fw/boards/host/real_time.h"
+#include "client_fw/ros2/diagnostics.h"
+#include "client_fw/ros2/text.h"
+#include "server/operators/ctl/json_read.h"
+#include "server/operators/ctl/server_call.h"
+
+namespace pheromone::ros2 {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::chrono::seconds kPatience{5};
+constexpr int64_t kTurnMs = 200;
+constexpr int64_t kDiagnosticTurns = 5;  // once a second
+constexpr int64_t kLawTurns = 25;        // what the map has is asked again every five seconds
+constexpr size_t kMaxOrders = 100;
+constexpr uint32_t kMaxPathPoints = 1024;
+
+// Below /pheromone, other topics have these names.
+std::string TopicOf(const std::string& pheromone) {
+  const std::string name = ToRosName(pheromone);
+  const bool taken = name == "obstacles" || name == "markers" || name == "halt";
+  return "/pheromone/" + name + (taken ? "_" : "");
+}
+
+// Percent-encoded, as a value in a query.
+std::string Encoded(const std::string& text) {
+  std::string encoded;
+  for (const char c : text) {
+    encoded += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return encoded;
+}
+
+Health HealthOf(const std::string& state) {
+  if (state == "silent" || state == "alarm" || state == "refused") {
+    return Health::kError;
+  }
+  const bool good = state == "driving" || state == "going to its goal" || state == "at its goal";
+  return good ? Health::kOk : Health::kWarning;
+}
+
+std::string NameOf(const json::value& client) {
+  return ctl::TextAt(client, "link") + "/" + std::to_string(ctl::CountAt(client, "id"));
+}
+
+}  // namespace
+
+ServerThread::ServerThread(Node* node, const BridgeOptions& options, const RobotReports* reports)
+    : node_(node),
+      options_(options),
+      reports_(reports),
+      start_ns_(MonotonicNs()),
+      scene_(options.map_frame) {
+  diagnostics_ = node_->Advertise<DiagnosticArray>("/diagnostics", Quality::kOrders);
+  if (!options_.socket.empty()) {
+    markers_ = node_->Advertise<MarkerArray>("/pheromone/markers", Quality::kOrders);
+    AddLayer("");
+  }
+  // Who finds map -> odometry in /tf must not be contradicted.
+  if (!options_.link.empty() && options_.localisation == Localisation::kStart) {
+    frames_ = node_->Advertise<TFMessage>("/tf", Quality::kOrders);
+  }
+  thread_ = std::thread([this] { Run(); });
+}
+
+ServerThread::~ServerThread() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+void ServerThread::Send(const std::string& name, const std::string& target,
+                        const std::string& body) {
+  const std::lock_guard lock(mutex_);
+  if (orders_.size() >= kMaxOrders) {
+    attach::SayLine(NowMs(), name + ": dropped, the server is behind with orders");
+    return;
+  }
+  Order order{name, target, body};
+  name == "halt" ? orders_.push_front(std::move(order)) : orders_.push_back(std::move(order));
+  wake_.notify_all();
+}
+
+// True when it is time to end.
+bool ServerThread::Wait(int64_t ms) {
+  std::unique_lock lock(mutex_);
+  wake_.wait_for(lock, std::chrono::milliseconds(ms),
+                 [this] { return ending_ || !orders_.empty(); });
+  return ending_;
+}
+
+int64_t ServerThread::NowMs() const {
+  return (MonotonicNs() - start_ns_) / 1'000'000;
+}
+
+void ServerThread::Run() {
+  int64_t turn = 0;
+  int64_t due_ms = 0;
+  for (;;) {
+    const int64_t now_ms = NowMs();
+    if (Wait(std::max<int64_t>(0, due_ms - now_ms))) {
+      return;
+    }
+    SendOrders();
+    const int64_t begin_ms = NowMs();
+    if (begin_ms < due_ms) {
+      continue;
+    }
+    Turn(turn++);
+    const int64_t end_ms = NowMs();
+    due_ms = begin_ms + std::max(kTurnMs, 4 * (end_ms - begin_ms));
+  }
+}
+
+void ServerThread::SendOrders() {
+  for (;;) {
+    Order order;
+    {
+      const std::lock_guard lock(mutex_);
+      if (orders_.empty()) {
+        return;
+      }
+      order = std::move(orders_.front());
+      orders_.pop_front();
+    }
+    const ctl::Reply reply = ctl::Ask({.socket = options_.socket, .patience = kPatience}, "POST",
+                                      order.target, order.body);
+    attach::SayLine(NowMs(), order.name + ": " + (reply.exit_status == 0 ? "done" : reply.error));
+  }
+}
+
+std::optional<json::value> ServerThread::Ask(const std::string& target) {
+  Result<json::value> answer =
+      ctl::AskJson({.socket = options_.socket, .patience = kPatience}, "GET", target);
+  if (!answer.ok()) {
+    trouble_ = answer.error();
+    return std::nullopt;
+  }
+  return std::move(answer).value();
+}
+
+void ServerThread::AddLayer(const std::string& pheromone) {
+  std::string topic = pheromone.empty() ? "/pheromone/obstacles" : TopicOf(pheromone);
+  auto found = layers_.find(topic);
+  while (found != layers_.end() && found->second.pheromone != pheromone) {
+    topic += '_';  // "a-b" and "a b" are both a_b
+    found = layers_.find(topic);
+  }
+  if (found != layers_.end()) {
+    return;
+  }
+  Layer& layer = layers_[topic];
+  layer.pheromone = pheromone;
+  layer.publisher = node_->Advertise<OccupancyGrid>(topic, Quality::kLatched);
+  if (!pheromone.empty() && options_.allowed.deposit) {
+    layer.deposit = node_->Subscribe<PointStamped>(topic + "/deposit", Quality::kMany);
+  }
+  if (!pheromone.empty() && options_.allowed.paint) {
+    layer.paint = node_->Subscribe<Path>(topic + "/paint", Quality::kMany);
+  }
+}
+
+void ServerThread::FindLayers() {
+  const std::optional<json::value> laws = Ask("/api/v1/laws");
+  if (!laws) {
+    return;
+  }
+  scene_.SetLaws(*laws);
+  for (const json::value& law : ctl::ItemsAt(*laws, "pheromones")) {
+    if (ctl::At(law, "blend").is_null()) {  // a blend has no content
+      AddLayer(ctl::TextAt(law, "name"));
+    }
+  }
+  if (const std::optional<json::value> tags = Ask("/api/v1/tags")) {
+    scene_.SetTags(*tags);
+  }
+}
+
+void ServerThread::PublishLayer(Layer* layer) {
+  const std::optional<json::value> raster =
+      Ask(layer->pheromone.empty() ? "/api/v1/obstacles"
+                                   : "/api/v1/field?pheromone=" + Encoded(layer->pheromone));
+  if (!raster) {
+    return;
+  }
+  Result<Grid> grid = ReadGrid(*raster);
+  if (!grid.ok()) {
+    trouble_ = grid.error();
+    return;
+  }
+  if (layer->last == grid.value()) {
+    return;
+  }
+  layer->last = std::move(grid).value();
+  OccupancyGrid message;
+  layer->last->Fill(options_.map_frame, &message);
+  layer->publisher.Publish(message);
+}
+
+bool ServerThread::IsOnMap(const Header& header, const std::string& what) {
+  const std::string frame = FrameOf(header.frame_id);
+  if (frame == options_.map_frame) {
+    return true;
+  }
+  attach::SayLine(
+      NowMs(), fmt::format("{}: frame \"{}\", expected \"{}\"", what, frame, options_.map_frame));
+  return false;
+}
+
+void ServerThread::TakeOrders(Layer* layer) {
+  layer->deposit.Take([&](const PointStamped& message) {
+    if (IsOnMap(message.header, "deposit") && std::isfinite(message.point.x) &&
+        std::isfinite(message.point.y)) {
+      Send("deposit", "/api/v1/deposit",
+           json::serialize(json::object{{"pheromone", layer->pheromone},
+                                        {"x_m", message.point.x},
+                                        {"y_m", message.point.y}}));
+    }
+  });
+  layer->paint.Take([&](const Path& message) {
+    json::array points;
+    bool good = message.poses._length > 0 && message.poses._length <= kMaxPathPoints;
+    for (uint32_t i = 0; good && i < message.poses._length; ++i) {
+      const auto& at = message.poses._buffer[i].pose.position;
+      good = std::isfinite(at.x) && std::isfinite(at.y);
+      points.push_back({at.x, at.y});
+    }
+    if (!good) {
+      attach::SayLine(NowMs(),
+                      fmt::format("paint: a path of {} poses, expected 1 to {} finite ones",
+                                  message.poses._length, kMaxPathPoints));
+    } else if (IsOnMap(message.header, "paint")) {
+      Send("paint", "/api/v1/paint",
+           json::serialize(
+               json::object{{"pheromone", layer->pheromone}, {"points_m", std::move(points)}}));
+    }
+  });
+}
+
+// Only where the server's tracker is what knows the pose.
+void ServerThread::PublishFrames(const json::value& clients) {
+  std::vector<geometry_msgs_msg_dds__TransformStamped_> frames;
+  const std::vector<RobotReport> reports = reports_->Get();
+  for (const json::value& client : ctl::ItemsAt(clients, "clients")) {
+    const json::value& pose = ctl::At(client, "pose");
+    const auto robot = std::find_if(reports.begin(), reports.end(), [&](const RobotReport& it) {
+      return it.id == ctl::CountAt(client, "id") && ctl::TextAt(client, "link") == options_.link;
+    });
+    if (ctl::TextAt(pose, "source") != "tracker" || robot == reports.end() || !robot->odometry) {
+      continue;
+    }
+    const PlanePose map{ctl::NumberAt(pose, "x_m"), ctl::NumberAt(pose, "y_m"),
+                        ctl::NumberAt(pose, "heading_deg") * std::numbers::pi / 180};
+    const PlanePose frame = Compose(map, Inverse(*robot->odometry));
+    frames.push_back({MakeHeader(options_.map_frame),
+                      Text(robot->odometry_frame),
+                      {{frame.x_m, frame.y_m, 0}, ToQuaternion(frame.yaw)}});
+  }
+  if (!frames.empty()) {
+    TFMessage message{};
+    PointAt(&message.transforms, &frames);
+    frames_.Publish(message);
+  }
+}
+
+void ServerThread::PublishDiagnostics(const json::value& clients) {
+  Diagnostics diagnostics;
+  for (const RobotReport& robot : reports_->Get()) {
+    diagnostics.Add(robot.health, "pheromone: " + robot.name_space, robot.state,
+                    {{"id", std::to_string(robot.id)},
+                     {"requests", std::to_string(robot.requests)},
+                     {"answers", std::to_string(robot.answers)}});
+  }
+  if (options_.socket.empty()) {
+    diagnostics.Publish(diagnostics_);
+    return;
+  }
+  const std::optional<json::value> status = Ask("/api/v1/status");
+  const std::string warning = status ? ctl::TextAt(*status, "warning") : "";
+  diagnostics.Add(
+      !trouble_.empty()  ? Health::kError
+      : !warning.empty() ? Health::kWarning
+                         : Health::kOk,
+      "pheromone: server",
+      !trouble_.empty() ? trouble_
+      : warning.empty() ? "answers"
+                        : warning,
+      status ? std::vector{std::pair{std::string("version"), ctl::TextAt(*status, "version")}}
+             : std::vector<std::pair<std::string, std::string>>{});
+  if (const std::optional<json::value> links = status ? Ask("/api/v1/links") : std::nullopt) {
+    for (const json::value& link : ctl::ItemsAt(*links, "links")) {
+      diagnostics.Add(ctl::FlagAt(link, "up") ? Health::kOk : Health::kError,
+                      "pheromone: link " + ctl::TextAt(link, "name"), ctl::TextAt(link, "state"),
+                      {{"address", ctl::TextAt(link, "address")}});
+    }
+  }
+  for (const json::value& client : ctl::ItemsAt(clients, "clients")) {
+    const json::value& state = ctl::At(client, "state");
+    const std::string is = ctl::TextAt(state, "is");
+    const std::string reason = ctl::TextAt(state, "reason");
+    diagnostics.Add(HealthOf(is), "pheromone: robot " + NameOf(client),
+                    is + (reason.empty() ? "" : ": " + reason),
+                    {{"follows", ctl::TextAt(client, "follows")}});
+  }
+  diagnostics.Publish(diagnostics_);
+}
+
+void ServerThread::Turn(int64_t turn) {
+  trouble_.clear();
+  json::value clients;
+  if (!options_.socket.empty()) {
+    if (turn % kLawTurns == 0 || layers_.size() == 1) {
+      FindLayers();
+    }
+    for (auto& [topic, layer] : layers_) {
+      if (trouble_.empty()) {  // otherwise each would wait for a server that does not answer
+        PublishLayer(&layer);
+      }
+      TakeOrders(&layer);
+    }
+    if (std::optional<json::value> answer =
+            trouble_.empty() ? Ask("/api/v1/clients") : std::nullopt) {
+      clients = std::move(*answer);
+      scene_.Publish(clients, markers_);
+      if (frames_.exists()) {
+        PublishFrames(clients);
+      }
+    }
+    if (trouble_ != said_) {
+      attach::SayLine(NowMs(), "server: " + (trouble_.empty() ? "answers" : trouble_));
+      said_ = trouble_;
+    }
+  }
+  if (turn % kDiagnosticTurns == 0) {
+    PublishDiagnostics(clients);
+  }
+}
+
+}  // namespace pheromone::ros2
