@@ -12,7 +12,6 @@ namespace pheromone::tracker {
 namespace {
 
 constexpr size_t kMinViews = 3;
-constexpr size_t kMinCorners = 24;
 constexpr double kMaxFocalError = 0.02;
 constexpr char kSameSide[] =
     "the board is seen from the same side in all pictures, which does not tell the focal length: "
@@ -112,7 +111,7 @@ BoardView ViewOf(const Board& board, std::span<const Detection> found) {
 Result<LensFit> FitLens(std::span<const BoardView> all, int width, int height) {
   std::vector<BoardView> views;
   std::copy_if(all.begin(), all.end(), std::back_inserter(views),
-               [](const BoardView& view) { return view.size() >= kMinCorners; });
+               [](const BoardView& view) { return view.size() >= kMinCornersOfView; });
   if (views.size() < kMinViews) {
     return Error{"found " + std::to_string(views.size()) +
                  " pictures with six tags of the board or more, expected at least 3, better 10"};
@@ -149,6 +148,29 @@ Result<LensFit> FitLens(std::span<const BoardView> all, int width, int height) {
     return Error{kSameSide};
   }
   return fit;
+}
+
+Result<FileCalibration> FitLensOfFiles(const Board& board, std::span<const std::string> paths) {
+  FileCalibration result;
+  Detector detector(1);
+  std::vector<BoardView> views;
+  for (const std::string& path : paths) {
+    PHEROMONE_TRY(const Picture picture, LoadPicture(path));
+    if (views.empty()) {
+      result.width = picture.width;
+      result.height = picture.height;
+    } else if (picture.width != result.width || picture.height != result.height) {
+      return Error{path + ": found " + std::to_string(picture.width) + " x " +
+                   std::to_string(picture.height) + " pixels, expected those of " + paths.front() +
+                   ", " + std::to_string(result.width) + " x " + std::to_string(result.height)};
+    }
+    views.push_back(ViewOf(board, detector.Detect(picture)));
+    if (views.back().size() >= kMinCornersOfView) {
+      ++result.used;
+    }
+  }
+  PHEROMONE_TRY(result.fit, FitLens(views, result.width, result.height));
+  return result;
 }
 
 }  // namespace pheromone::tracker

@@ -4,10 +4,12 @@
 //   const auto lens = FitLens(views, 1280, 960);
 //
 // The board is flat. Its pictures show it from several sides, tilted by 20 to 45 degrees, and
-// together they cover the picture. Pure; any thread.
+// together they cover the picture. Any thread.
 #pragma once
 
+#include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "client_fw/tracker/detector.h"
@@ -32,6 +34,8 @@ struct Board {
 
 using BoardView = std::vector<Match>;
 
+constexpr size_t kMinCornersOfView = 24;  ///< fewer, of six tags, and a view is not used
+
 /// The corners of the board's tags that were found.
 BoardView ViewOf(const Board& board, std::span<const Detection> found);
 
@@ -46,5 +50,14 @@ struct LensFit {
 /// (Zhang 2000, eq. (3) and (4), for square pixels and a centre in the middle), then everything by
 /// least squares of the pixels. Errors: too few views, or all from the same side.
 Result<LensFit> FitLens(std::span<const BoardView> views, int width, int height);
+
+/// The same of pictures in files, all of one size.
+struct FileCalibration {
+  LensFit fit;
+  int width = 0;
+  int height = 0;
+  size_t used = 0;  ///< pictures with enough of the board
+};
+Result<FileCalibration> FitLensOfFiles(const Board& board, std::span<const std::string> paths);
 
 }  // namespace pheromone::tracker

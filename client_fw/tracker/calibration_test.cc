@@ -2,11 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <random>
+#include <string>
 #include <vector>
 
+#include "client_fw/tracker/picture.h"
 #include "client_fw/tracker/rendering.h"
+#include "server/base/file.h"
 
 namespace pheromone::tracker {
 namespace {
@@ -93,8 +98,7 @@ TEST(LensFitTest, FindsTheLensOfRenderedPictures) {
     // From the upper left along the rows, upright.
     tags.push_back({560 + i, 0.044 * (i % 6), -0.044 * (i / 6), 90 * kDegrees, 0.032, 0});
   }
-  Detector detector(1);
-  std::vector<BoardView> views;
+  std::vector<std::string> paths;
   for (const BoardCamera& it : kCameras) {
     RenderedCamera camera{.width = 640,
                           .height = 480,
@@ -109,18 +113,25 @@ TEST(LensFitTest, FindsTheLensOfRenderedPictures) {
     camera.turn_rad = it.turn;
     camera.tilt_rad = it.tilt;
     Renderer renderer(camera, tags, {}, {.noise = 3, .blur_px = 0.6});
-    views.push_back(ViewOf(board, detector.Detect(renderer.Render({}))));
-    EXPECT_GE(views.back().size(), 4 * 20u);
+    paths.push_back((std::filesystem::path(testing::TempDir()) /
+                     ("pheromone_board_" + std::to_string(paths.size()) + ".png"))
+                        .string());
+    ASSERT_TRUE(WriteFile(paths.back(), EncodePng(renderer.Render({})).value()).ok());
   }
-  const auto fit = FitLens(views, 640, 480);
-  ASSERT_TRUE(fit.ok()) << fit.error();
-  EXPECT_LT(fit.value().rms_px, 0.3);
-  EXPECT_NEAR(fit.value().lens.focal_px, 460, 3);
-  EXPECT_LT(std::abs(fit.value().lens.focal_px - 460), 5 * fit.value().focal_error_px + 0.5);
-  EXPECT_NEAR(fit.value().lens.centre_px.x(), 325, 3);
-  EXPECT_NEAR(fit.value().lens.centre_px.y(), 236, 3);
-  EXPECT_NEAR(fit.value().lens.k1, -0.2, 0.02);
-  EXPECT_GT(fit.value().covered, 0.7);
+  const auto calibration = FitLensOfFiles(board, paths);
+  std::for_each(paths.begin(), paths.end(),
+                [](const std::string& path) { std::filesystem::remove(path); });
+  ASSERT_TRUE(calibration.ok()) << calibration.error();
+  EXPECT_EQ(calibration.value().used, 6u);
+  EXPECT_EQ(calibration.value().width, 640);
+  const LensFit& fit = calibration.value().fit;
+  EXPECT_LT(fit.rms_px, 0.3);
+  EXPECT_NEAR(fit.lens.focal_px, 460, 3);
+  EXPECT_LT(std::abs(fit.lens.focal_px - 460), 5 * fit.focal_error_px + 0.5);
+  EXPECT_NEAR(fit.lens.centre_px.x(), 325, 3);
+  EXPECT_NEAR(fit.lens.centre_px.y(), 236, 3);
+  EXPECT_NEAR(fit.lens.k1, -0.2, 0.02);
+  EXPECT_GT(fit.covered, 0.7);
 }
 
 }  // namespace
