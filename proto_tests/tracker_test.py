@@ -126,6 +126,13 @@ class ProgramTest(WithFolder):
         self.assertRegex(said, r"(?m)^camera  at x 2\.\d+, y 1\.\d+, 3\.\d+ m high; floor tags 6 of 6")
         self.assertRegex(said, r"(?m)^radio-a 7  x 3\.2[56]\d, y 1\.\d+, [89]\d\.\d degrees; edge 0\.1[12]")
         xml.etree.ElementTree.parse(self.work / "check.svg")
+        self.assertEqual(re.findall(r"(?m)^floor (\d+)  [01] mm, 0\.[0-2] degrees from", said),
+                         [str(tag) for tag in range(500, 506)])
+        # A floor tag that is 10 cm from where it was measured stands out among the others.
+        (self.work / "wrong.toml").write_text(EXAMPLE.read_text().replace("x_m = 3.8\ny_m = 2.85",
+                                                                          "x_m = 3.7\ny_m = 2.85"))
+        away = dict(re.findall(r"(?m)^floor (\d+)  (\d+) mm", self.tracker("check", "wrong.toml", "one.png")))
+        self.assertEqual(max(away, key=lambda tag: int(away[tag])), "505")
         text = EXAMPLE.read_text().replace("tag = 8", "tag = 9").replace("height_m = 0.25", "height_m = 0.9")
         (self.work / "ceiling.toml").write_text(text)
         said = self.tracker("check", "ceiling.toml", "one.png")

@@ -5,10 +5,13 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <ctime>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <thread>
@@ -38,7 +41,7 @@ namespace {
 constexpr int kFailed = 1;
 constexpr int kWrongInput = 2;
 constexpr double kSimulatedPeriodS = 0.1;
-constexpr double kDegreesOfRadian = 57.29577951308232;
+constexpr double kDegreesOfRadian = 180 / std::numbers::pi;
 
 int Fail(const std::string& message, int status) {
   fmt::print(stderr, "pheromone-tracker: {}\n", message);
@@ -185,6 +188,25 @@ int Run(const Options& options) {
   return followed.ok() ? 0 : Fail(followed.error(), kFailed);
 }
 
+// How far each is from where it should be: one that was measured wrong stands out.
+void TellFloorTags(const Settings& settings, const Camera& camera,
+                   const std::vector<Detection>& found) {
+  for (const FloorTag& it : settings.floor) {
+    for (const Detection& tag : found) {
+      const auto pose =
+          tag.id == it.tag ? FitTag(camera, tag.corners, settings.floor_edge_m, 0) : std::nullopt;
+      if (pose) {
+        fmt::print(
+            "floor {}  {:.0f} mm, {:.1f} degrees from where it should be; edge {:.4f} m\n", it.tag,
+            1000 * (pose->centre - it.place).norm(),
+            std::abs(std::remainder(pose->heading_rad - it.heading_rad, 2 * std::numbers::pi)) *
+                kDegreesOfRadian,
+            pose->edge_m);
+      }
+    }
+  }
+}
+
 int Check(const Options& options) {
   Input input;
   if (Status opened = Open(options, &input); !opened.ok()) {
@@ -197,7 +219,8 @@ int Check(const Options& options) {
   if (!picture.ok()) {
     return Fail(picture.error(), kFailed);
   }
-  const View view = Tracking(input.settings).Look(Detector().Detect(*picture.value()));
+  const std::vector<Detection> found = Detector().Detect(*picture.value());
+  const View view = Tracking(input.settings).Look(found);
   if (!options.out.empty()) {
     const auto svg = AnnotatedSvg(*picture.value(), input.settings, view);
     const Status written = svg.ok() ? WriteFile(options.out, svg.value()) : svg.error();
@@ -212,6 +235,7 @@ int Check(const Options& options) {
   fmt::print("camera  at x {:.3f}, y {:.3f}, {:.3f} m high; floor tags {} of {}, {:.2f} px\n",
              place.x(), place.y(), place.z(), view.floor_seen.size(), input.settings.floor.size(),
              view.camera->rms_px);
+  TellFloorTags(input.settings, view.camera->camera, found);
   for (const SeenRobot& it : view.seen) {
     fmt::print("{} {}  x {:.3f}, y {:.3f}, {:.1f} degrees; edge {:.4f} m, {:.2f} px\n",
                it.robot.link, it.robot.id, it.place.x(), it.place.y(),
