@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """pheromone-tracker as it is shipped: a real server, rendered pictures, sheets, the commands of its
-page. The board is photographed by this script, with formulas of its own.
+page. The board is photographed by this script, with formulas of its own; the camera is camera_shim.c.
 
-    tracker_test.py BIN_DIR
+    tracker_test.py BIN_DIR CAMERA_SHIM
 """
 
 import json
 import math
+import os
 import pathlib
 import re
 import signal
@@ -26,6 +27,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[1] / "client_fw/tracker"
 EXAMPLE = SOURCE / "examples/ceiling.toml"
 CAMERA = pathlib.Path("/dev/video0")
 BIN = pathlib.Path()
+SHIM = pathlib.Path()
 CONFIG = ROOM + """[[tracker]]
 name = "ceiling"
 listen = "127.0.0.1:0"
@@ -44,9 +46,9 @@ class WithFolder(unittest.TestCase):
         self.work = pathlib.Path(folder.name)
         (self.work / "ceiling.toml").write_text(EXAMPLE.read_text())
 
-    def tracker(self, *arguments, status=0):
+    def tracker(self, *arguments, status=0, **environment):
         ended = subprocess.run([BIN / "pheromone-tracker", *arguments], cwd=self.work, text=True,
-                               capture_output=True, timeout=300)
+                               capture_output=True, timeout=300, env={**os.environ, **environment})
         self.assertEqual(ended.returncode, status, ended.stdout + ended.stderr)
         return ended.stdout if status == 0 else ended.stderr
 
@@ -155,7 +157,7 @@ class ProgramTest(WithFolder):
             text = EXAMPLE.read_text()
             (self.work / "lensless.toml").write_text(re.sub("(?m)^focal_px.*$", "", text))
             (self.work / "wrong.toml").write_text(text.replace("1280", "12"))
-            (self.work / "small.toml").write_text(text.replace("1280", "640").replace("960", "480"))
+            (self.work / "small.toml").write_text(text.replace("1280", "640").replace("= 960", "= 480"))
             with self.subTest(arguments=arguments):
                 self.assertIn(message, self.tracker(*arguments, status=status))
 
@@ -233,6 +235,63 @@ class ProgramTest(WithFolder):
         self.assertTrue((self.work / "check.svg").exists())
 
 
+class CameraTest(WithFolder):
+    """What the program asks of a driver, answered by camera_shim.c."""
+
+    def setUp(self):
+        super().setUp()
+        self.with_camera = {"LD_PRELOAD": str(SHIM), "CAMERA": str(self.work)}
+        self.tracker("take", "ceiling.toml", "one.png", "--simulate")
+        self.picture = self.gray("one.png")
+
+    def gray(self, name):
+        pgm = subprocess.run(["pngtopnm", name], cwd=self.work, check=True, capture_output=True).stdout
+        return numpy.frombuffer(pgm[-1280 * 960:], dtype=numpy.uint8).reshape(960, 1280)
+
+    def deliver_yuyv(self):
+        for name, picture in (("new", self.picture), ("old", numpy.full((960, 1280), 77, numpy.uint8))):
+            frame = numpy.full((960, 2 * 1280 + 64), 128, numpy.uint8)
+            frame[:, 0:2 * 1280:2] = picture
+            (self.work / name).write_bytes(frame.tobytes())
+        (self.work / "kind").write_text("YUYV")
+
+    def test_takes_the_newest_picture_in_yuyv(self):
+        self.deliver_yuyv()
+        self.tracker("take", "ceiling.toml", "two.png", **self.with_camera)
+        self.assertTrue(numpy.array_equal(self.gray("two.png"), self.picture))
+
+    def test_takes_mjpeg_and_skips_a_damaged_picture(self):
+        jpeg = subprocess.run("pngtopnm one.png | pnmtojpeg --quality=95", shell=True, cwd=self.work,
+                              check=True, capture_output=True).stdout
+        (self.work / "new").write_bytes(jpeg)
+        (self.work / "old").write_bytes(jpeg[:5000])
+        (self.work / "kind").write_text("MJPG")
+        said = self.tracker("check", "ceiling.toml", **self.with_camera)
+        self.assertIn("floor tags 6 of 6", said)
+        self.assertRegex(said, r"(?m)^radio-a 7  x 3\.2[56]\d, y 1\.\d+")
+
+    def test_says_what_the_camera_offers_instead(self):
+        self.deliver_yuyv()
+        text = EXAMPLE.read_text().replace("1280", "640").replace("= 960", "= 480")
+        (self.work / "small.toml").write_text(text)
+        self.assertIn("/dev/video0: offers 1280 x 960, expected 640 x 480 in YUYV or MJPEG",
+                      self.tracker("check", "small.toml", status=2, **self.with_camera))
+
+    def test_ends_when_the_camera_is_unplugged(self):
+        self.deliver_yuyv()
+        program = subprocess.Popen(
+            [BIN / "pheromone-tracker", "run", "ceiling.toml", "--status", "0.1"], cwd=self.work,
+            text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            env={**os.environ, **self.with_camera})
+        self.addCleanup(program.stdout.close)
+        self.addCleanup(program.stderr.close)
+        self.assertIn("6.0 of 6 floor tags", program.stdout.readline())
+        (self.work / "gone").write_text("x")
+        self.assertIn("/dev/video0: delivers nothing: No such device", program.stderr.read())
+        self.assertEqual(program.wait(60), 1)
+
+
 if __name__ == "__main__":
+    SHIM = pathlib.Path(sys.argv.pop()).resolve()
     BIN = pathlib.Path(sys.argv.pop(1)).resolve()
     unittest.main()

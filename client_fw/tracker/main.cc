@@ -88,10 +88,12 @@ Source FilesOf(const std::vector<std::string>& paths, const Settings& settings) 
 }
 
 // The pictures that the options ask for; `input` outlives its source.
-Status Open(const Options& options, Input* input) {
+Status Open(const Options& options, bool needs_lens, Input* input) {
   PHEROMONE_TRY(input->settings, LoadSettings(options.config));
-  if (options.simulate) {
+  if (needs_lens || options.simulate) {
     PHEROMONE_TRY_STATUS(CheckLens(input->settings));
+  }
+  if (options.simulate) {
     input->swarm.emplace(input->settings,
                          Blemishes{.noise = options.noise, .blur_px = options.blur_px});
     input->next = [input, number = 0]() mutable -> Result<std::optional<Picture>> {
@@ -125,7 +127,6 @@ double Now() {
 
 // Until the pictures end, or as long as told. Prints a line each `status_s`, and at the end.
 Status Follow(const Options& options, Input* input) {
-  PHEROMONE_TRY_STATUS(CheckLens(input->settings));
   PHEROMONE_TRY(Sender sender, Sender::Open(input->settings.server));
   const volatile std::sig_atomic_t* stop = StopOnSignals();
   Tracking tracking(input->settings);
@@ -181,7 +182,7 @@ Status Follow(const Options& options, Input* input) {
 
 int Run(const Options& options) {
   Input input;
-  if (const Status opened = Open(options, &input); !opened.ok()) {
+  if (const Status opened = Open(options, true, &input); !opened.ok()) {
     return Fail(opened.error(), kWrongInput);
   }
   const Status followed = Follow(options, &input);
@@ -209,11 +210,8 @@ void TellFloorTags(const Settings& settings, const Camera& camera,
 
 int Check(const Options& options) {
   Input input;
-  if (Status opened = Open(options, &input); !opened.ok()) {
+  if (Status opened = Open(options, true, &input); !opened.ok()) {
     return Fail(opened.error(), kWrongInput);
-  }
-  if (const Status lens = CheckLens(input.settings); !lens.ok()) {
-    return Fail(lens.error(), kWrongInput);
   }
   const auto picture = input.next();
   if (!picture.ok()) {
@@ -252,7 +250,7 @@ int Check(const Options& options) {
 
 int Photograph(const Options& options) {
   Input input;
-  if (const Status opened = Open(options, &input); !opened.ok()) {
+  if (const Status opened = Open(options, false, &input); !opened.ok()) {
     return Fail(opened.error(), kWrongInput);
   }
   const auto picture = input.next();
