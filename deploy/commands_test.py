@@ -226,7 +226,7 @@ class ManualTest(Page):
         with_examples = {page.name for page in MAN.iterdir() if ".Sh EXAMPLES" in page.read_text()}
         self.assertEqual(with_examples, {
             "pheromone-experiments.1", "pheromone-net.5", "pheromone-robot.1",
-            "pheromone-scenario.5", "pheromone-swarm.1", "pheromonectl.1", "pheromoned.8",
+            "pheromone-scenario.5", "pheromone-swarm.1", "pheromone-tracker.1", "pheromonectl.1", "pheromoned.8",
             "pheromoned.toml.5"})
 
     def test_pheromoned(self):
@@ -248,6 +248,10 @@ class ManualTest(Page):
 
     def test_pheromone_robot(self):
         self.follow(self.commands("pheromone-robot.1"), statuses=(0, 1))  # there is no robot
+
+    def test_pheromone_tracker(self):
+        self.lay_out(ROOT / "client_fw/tracker/examples")
+        self.follow(self.commands("pheromone-tracker.1"))
 
     def test_pheromone_experiments(self):
         self.lay_out(EXAMPLES)

@@ -14,7 +14,8 @@ import unittest
 DEPLOY = pathlib.Path(__file__).resolve().parents[1] / "deploy"
 BIN_DIR = pathlib.Path()
 ROBOTS = ["pheromone-robot"]
-SIMULATIONS = {"pheromone-swarm": 4, "pheromone-experiments": 7}  # and their commands, at least
+# And their commands, at least.
+WITH_COMMANDS = {"pheromone-swarm": 4, "pheromone-experiments": 7, "pheromone-tracker": 5}
 
 # Sources the script and prints what it offers for the words given, the last of which is unfinished.
 DRIVER = """source "$1"; shift
@@ -64,19 +65,19 @@ class ClientsManualTest(unittest.TestCase):
             named = {f"-{option}" for item in items for option in re.findall(r"Fl (-[a-z-]+)", item)}
             self.assertEqual(named, options_of(program))
 
-    def test_every_command_of_the_simulations_is_in_its_manual(self):
-        for program, least in SIMULATIONS.items():
+    def test_every_command_of_a_program_is_in_its_manual(self):
+        for program, least in WITH_COMMANDS.items():
             commands = commands_of(program)
             self.assertGreaterEqual(len(commands), least)
             named = re.findall(r"^\.It Cm ([a-z]+)", manual_of(program), re.M)
             self.assertEqual(set(named), commands)
 
     def test_bash_completes_commands_and_options(self):
-        for program in SIMULATIONS:
+        for program in WITH_COMMANDS:
             self.assertEqual(offered(program, ""), commands_of(program))
         self.assertEqual(offered("pheromone-swarm", "pi"), {"pioneer"})
-        for words in [*((program,) for program in ROBOTS), *((program,) for program in SIMULATIONS),
-                      *((program, command) for program in SIMULATIONS
+        for words in [*((program,) for program in ROBOTS), *((program,) for program in WITH_COMMANDS),
+                      *((program, command) for program in WITH_COMMANDS
                         for command in commands_of(program))]:
             self.assertEqual(offered(*words, "--"), options_of(*words), words)
         self.assertIn(str(DEPLOY / "man"), offered("pheromone-robot", "--robot",
