@@ -116,9 +116,9 @@ Result<std::string> AnnotatedSvg(const Picture& picture, const Settings& setting
         arrow.push_back(Project(camera, {point.x(), point.y(), it.robot.height_m}));
       }
       annotation.Line(arrow, kSeenColour, 3, false);
-      const Point right = *std::max_element(
-          it.corners.begin(), it.corners.end(),
-          [](const Point& a, const Point& b) { return a.x() < b.x(); });
+      const Point right =
+          *std::max_element(it.corners.begin(), it.corners.end(),
+                            [](const Point& a, const Point& b) { return a.x() < b.x(); });
       annotation.Text(right + Point(line / 4, line / 4), "#000",
                       fmt::format("{} {}", it.robot.link, it.robot.id));
     }
