@@ -172,8 +172,12 @@ void SetPower(int16_t left, int16_t right) {
 }
 
 void ReadTicks(int16_t* left, int16_t* right) {
-  *left = static_cast<int16_t>(std::floor(motors[0].way / tick_m));
-  *right = static_cast<int16_t>(std::floor(motors[1].way / tick_m));
+  // They wrap, as the counters of a sketch do.
+  const auto ticks = [](const Motor& it) {
+    return static_cast<int16_t>(static_cast<int64_t>(std::floor(it.way / tick_m)));
+  };
+  *left = ticks(motors[0]);
+  *right = ticks(motors[1]);
 }
 
 void Drive(TwoWheels* wheels, int ms) {
