@@ -22,6 +22,12 @@ from operated_daemon import ROOM, OperatedDaemon
 from stranger.client import Client, open_terminal
 
 HERE = pathlib.Path(__file__).resolve().parent
+ROS2 = HERE.parent / "client_fw/ros2"
+sys.path.insert(0, str(ROS2 / "testing"))
+from ros_types import Types  # noqa: E402
+
+# What pheromone-ros2 and Fast DDS exchange: type_hash_test.py has the hashes that ROS publishes.
+LIVE_TYPES = Types(ROS2 / "messages.idl")
 CONFIG = ROOM + """[capture]
 folder = "captures"
 """
@@ -95,8 +101,11 @@ def record(bin_dir, folder):
 
 
 def read_message(file, message):
+    """By the definition in the file, and again by the types that ROS publishes."""
     name, _, definition = file.schemas[message.topic]
-    return read_cdr(name, definition.decode(), message.data)
+    read = read_cdr(name, definition.decode(), message.data)
+    check(read == LIVE_TYPES.unpack(name, message.data), f"{name}: its definition is not ROS's")
+    return read
 
 
 def check_bag(bin_dir, folder, capture, field, clients):
