@@ -75,7 +75,7 @@ void Cluster::Compare(const std::string& from, const Beat& beat) {
   if (!is_leaders && !parts_.log->leads()) {
     return;
   }
-  const auto sequence = hashes_.Difference(from);
+  const auto sequence = hashes_.Difference(from, replica_.committed());
   if (!sequence) {
     return;
   }
