@@ -175,6 +175,7 @@ TEST_F(ClusterStateTest, ATransferGoesOnWithWhoeverIsThereAgain) {
   Lay("a", 3);
   TrimAll();
   world_.Start("b");
+  ASSERT_TRUE(world_.RunUntil([&] { return world_["b"].view().transfer.starts_with("takes"); }));
   world_.SetCut("a", "b", true);
   world_.Run(15'000);
   EXPECT_TRUE(world_["b"].runs());
