@@ -86,9 +86,16 @@ Result<Membership> DecodeMembership(std::string_view text) {
 }
 
 Result<std::optional<Membership>> ReadMembership(const Folder& folder) {
-  PHEROMONE_TRY(const std::vector<std::string> names, folder.List());
   const std::string name(kMembershipName);
-  if (std::find(names.begin(), names.end(), name) == names.end()) {
+  const auto has = [&name](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  PHEROMONE_TRY(const std::vector<std::string> others, folder.ListOthers());
+  if (has(others)) {
+    return Error{folder.path() + '/' + name + ": expected a regular file"};
+  }
+  PHEROMONE_TRY(const std::vector<std::string> names, folder.List());
+  if (!has(names)) {
     return std::optional<Membership>();
   }
   PHEROMONE_TRY(const std::string text, folder.Read(name, 0, kMaxMembershipBytes));

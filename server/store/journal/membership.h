@@ -15,7 +15,8 @@
 //   field_less_utc_ms -1700000000000
 //   end
 //
-// Errors of reading: another program's file, another version, damage; it is not to be ignored then.
+// Errors of reading: another program's file, another version, damage, no regular file; it is not to
+// be ignored then.
 #pragma once
 
 #include <cstdint>

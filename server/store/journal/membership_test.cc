@@ -79,5 +79,11 @@ TEST(MembershipTest, WithoutTheFileAJournalIsInNoCluster) {
       "journal/cluster: expected the first line \"pheromone journal of a cluster, version 1\"");
 }
 
+TEST(MembershipTest, ALinkOrFolderOfThatNameIsAnError) {
+  CrashFolder folder(1);
+  folder.others = {"cluster"};
+  EXPECT_EQ(ReadMembership(folder).error(), "journal/cluster: expected a regular file");
+}
+
 }  // namespace
 }  // namespace pheromone::journal
