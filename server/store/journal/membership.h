@@ -51,7 +51,8 @@ Result<Membership> DecodeMembership(std::string_view text);
 
 /// Nothing if there is no such file. Errors name it.
 Result<std::optional<Membership>> ReadMembership(const Folder& folder);
-/// Returns when it is durable.
+/// Returns when it is durable. Errors, too: what ReadMembership would not read as the same, since
+/// the names may come from elsewhere; nothing is written then.
 Status WriteMembership(const Membership& membership, Folder* folder);
 /// The journal is one that never was in a cluster. Returns when that is durable.
 Status RemoveMembership(Folder* folder);
