@@ -19,8 +19,8 @@ constexpr uint64_t kLocalLogPauseMs = 10;  // while the local log admits nothing
 // The log keeps what a server that was away for a while needs, up to some 100 MB; beyond that a
 // peer's state is asked for.
 constexpr uint64_t kBetweenTrimsMs = 5'000;
-constexpr uint64_t kAlwaysKept = 10'000;   // events that peers have seen, but perhaps not written
-constexpr uint64_t kMostKept = 1'000'000;  // events, for peers that are away
+constexpr uint64_t kAlwaysKept = 10'000;  // events that peers have seen, but perhaps not written
+constexpr uint64_t kMaxKept = 1'000'000;  // events, for peers that are away
 constexpr uint64_t kBetweenPosesMs = 100;
 constexpr uint64_t kStalledMs = 1'000;
 constexpr char kNobodyLeads[] = "no server of the cluster leads at present";
@@ -247,7 +247,7 @@ void Cluster::TrimSometimes(uint64_t now_ms) {
   }
   const Sequence end = replica_.committed() + 1;
   const Sequence floor =
-      std::max(seen - std::min(seen, kAlwaysKept), end - std::min(end, kMostKept));
+      std::max(seen - std::min(seen, kAlwaysKept), end - std::min(end, kMaxKept));
   if (floor > trimmed_) {
     is_trimming_ = true;
     log_->Trim(floor, [this, floor](const Status& trimmed) {

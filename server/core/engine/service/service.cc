@@ -138,9 +138,9 @@ void Service::TellObservers(Tell&& tell) {
   }
 }
 
-void Service::TellOfBatch(const Stamp& stamp, LinkIndex link, std::span<const Message> messages,
-                          std::span<const Observer::Outcome> outcomes,
-                          std::span<const Outgoing> sent) {
+void Service::NotifyOfBatch(const Stamp& stamp, LinkIndex link, std::span<const Message> messages,
+                            std::span<const Observer::Outcome> outcomes,
+                            std::span<const Outgoing> sent) {
   TellObservers(
       [&](Observer* observer) { observer->OnBatch(stamp, link, messages, outcomes, sent); });
 }
@@ -171,7 +171,7 @@ void Service::Handle(LinkIndex link, std::span<const Message> messages, std::vec
   }
   if (!outcomes.empty()) {
     const std::span<const Message> seen = forward_ ? kept : messages;
-    TellOfBatch(stamp, link, seen, outcomes, std::span(*out).subspan(before));
+    NotifyOfBatch(stamp, link, seen, outcomes, std::span(*out).subspan(before));
   }
   NoticeArrivals(stamp, link, messages, out);
   HoldBack(out, before);
