@@ -1,6 +1,5 @@
 #include "server/cluster/state_receiver.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "server/store/journal/format.h"

@@ -1,6 +1,5 @@
 #include "server/cluster/state_sender.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "server/store/journal/format.h"

@@ -146,7 +146,7 @@ class PeersFixture : public ::testing::Test {
     return true;
   }
 
-  // Something that is not a node: dials b as `identity` says, and does `talk` after the handshake.
+  // Something that is not a node: dials b as the node `as`, and does `talk` after the handshake.
   using Talk = std::function<boost::asio::awaitable<void>(std::shared_ptr<PeerConnection>)>;
   void Pretend(const std::string& as, Talk talk) {
     const auto tls = std::make_shared<const PeerTls>(kSecret, "lab",

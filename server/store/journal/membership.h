@@ -32,8 +32,8 @@ namespace pheromone::journal {
 constexpr std::string_view kMembershipName = "cluster";
 
 struct Membership {
-  std::string
-      cluster{};        ///< its configured name; empty: it was left, and nothing is to be followed
+  /// Its configured name; empty: it was left, and nothing is to be followed.
+  std::string cluster{};
   std::string id{};     ///< of its log (cluster::Page::id)
   bool founds = false;  ///< the log is to begin with this journal's state: it has to be empty
   /// The next who leads with this journal begins an epoch: others may have had changes that it
