@@ -88,7 +88,7 @@ class Cluster {
     /// The ID of the log is known, before anything of it is applied: to be made durable beside the
     /// journal. Errors end the process.
     std::function<Status(const std::string& id)> on_id;
-    /// As StateSender, for peers; null: no state can be given.
+    /// As StateSender, for peers.
     std::function<std::unique_ptr<journal::StateSource>()> freeze;
     RunAside aside;
     /// Of the journal, for the state of a peer.

@@ -78,7 +78,7 @@ class ClusterMember {
                        std::function<void(cluster::OperatorResult)>)>
         change;
     std::function<std::vector<std::string>()> halt;  ///< halts the robots here
-    /// Any thread; null while another state is being copied.
+    /// Any thread; null while there is no state, or another one is being copied.
     std::function<std::unique_ptr<journal::StateSource>()> freeze;
   };
   /// Errors: the other servers cannot reach this one.
