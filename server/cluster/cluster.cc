@@ -45,6 +45,7 @@ Cluster::Cluster(ReplicaSettings settings, Sequence next, bool founds, Replicate
                               StatePortion portion) { parts_.send(to, std::move(portion)); }}),
       receiver_({.folder = parts_.folder,
                  .aside = parts_.aside,
+                 .end_snapshots = parts_.end_snapshots,
                  .send = [this](const std::string& to,
                                 StateRequest request) { parts_.send(to, request); },
                  .done = [this](const Result<uint64_t>& sequence) { OnJoined(sequence); }}),

@@ -93,6 +93,8 @@ class Cluster {
     RunAside aside;
     /// Of the journal, for the state of a peer.
     journal::Folder* folder = nullptr;
+    /// As StateReceiver: the state here is not to be kept.
+    std::function<void()> end_snapshots;
     /// Something that an operator has to know.
     std::function<void(const std::string& text)> warn;
   };

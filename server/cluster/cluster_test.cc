@@ -42,6 +42,7 @@ class ClusterTest : public ::testing::Test {
             .on_id = [](const std::string&) { return Ok(); },
             .freeze = nullptr,  // no state is given or taken here
             .aside = nullptr,
+            .end_snapshots = nullptr,
             .warn = nullptr};
   }
 

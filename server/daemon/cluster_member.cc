@@ -179,6 +179,7 @@ Status ClusterMember::Start(Uses uses) {
                 });
               },
           .folder = local_.folder,
+          .end_snapshots = local_.end_snapshots,
           .warn = [](const std::string& text) { spdlog::error("cluster: {}", text); }});
   PHEROMONE_TRY_STATUS(peers_->Listen());
   boost::asio::post(io_, [this] { cluster_->Start(); });

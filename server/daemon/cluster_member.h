@@ -58,6 +58,8 @@ class ClusterMember {
     bool founds = false;  ///< that log has to be empty, and begins after this journal
     /// The ID is known: it has to become durable.
     std::function<Status(const std::string& id)> note_id;
+    /// As cluster::StateReceiver.
+    std::function<void()> end_snapshots;
   };
   ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash, Local local);
   ClusterMember(const ClusterMember&) = delete;

@@ -240,13 +240,17 @@ class Daemon::Impl {
     const auto note_id = [this, name = config.cluster->name](const std::string& id) {
       return journal_->NoteMembership(name, id);
     };
+    const auto end_snapshots = [this] {
+      journal_->EndSnapshots("the state of another server of the cluster is taken in its place");
+    };
     return std::make_unique<ClusterMember>(*config.cluster, LinksHash(config),
                                            ClusterMember::Local{.log = journal_->log(),
                                                                 .last = journal_->last_sequence(),
                                                                 .folder = journal_->files(),
                                                                 .id = membership.id,
                                                                 .founds = membership.founds,
-                                                                .note_id = note_id});
+                                                                .note_id = note_id,
+                                                                .end_snapshots = end_snapshots});
   }
 
   engine::OrderedLog* log() { return member_ != nullptr ? member_->log() : journal_->log(); }

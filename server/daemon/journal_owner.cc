@@ -263,8 +263,8 @@ void JournalOwner::Snapshot(SnapshotDone done) {
     const std::lock_guard lock(mutex_);
     if (journal_ == nullptr) {
       refusal = "no journal is kept, so no snapshot can be made";
-    } else if (stopping_) {
-      refusal = "the server is stopping";
+    } else if (!no_more_.empty()) {
+      refusal = no_more_;
     } else if (asked_.size() >= kMaxSnapshotWaiters) {
       refusal = std::to_string(asked_.size()) + " requests for a snapshot are already pending";
     } else {
@@ -280,15 +280,17 @@ void JournalOwner::MakeSnapshots() {
   for (;;) {
     std::vector<SnapshotDone> asked;
     bool stopping = false;
+    Result<std::string> made = Error{""};
     {
       std::unique_lock lock(mutex_);
       wake_.wait(lock, [this] { return stopping_ || snapshot_due_ || !asked_.empty(); });
       stopping = stopping_;
       snapshot_due_ = false;
       asked.swap(asked_);
+      is_making_ = no_more_.empty();
+      made = Error{no_more_};
     }
-    Result<std::string> made = Error{"the server is stopping"};
-    if (!stopping) {
+    if (is_making_) {
       journal_->SnapshotBegins();
       {
         const std::lock_guard lock(mutex_);
@@ -296,11 +298,14 @@ void JournalOwner::MakeSnapshots() {
       }
       made = MakeSnapshot();
       journal_->SnapshotEnds(made.ok());
+      const std::lock_guard lock(mutex_);
+      is_making_ = false;
+      wake_.notify_all();
     }
     if (made.ok()) {
       spdlog::log(asked.empty() ? spdlog::level::debug : spdlog::level::info,
                   "journal: snapshot {}", made.value());
-    } else if (!stopping) {
+    } else if (WhyNoMore().empty()) {
       spdlog::error("journal: no snapshot was made: {}", made.error());
     }
     for (const SnapshotDone& done : asked) {
@@ -319,13 +324,13 @@ std::unique_ptr<journal::StateSource> JournalOwner::FreezeWhenPossible() {
       return state;
     }
     std::unique_lock lock(mutex_);
-    if (wake_.wait_for(lock, kBetweenFreezes, [this] { return stopping_; })) {
+    if (wake_.wait_for(lock, kBetweenFreezes, [this] { return !no_more_.empty(); })) {
       return nullptr;
     }
   }
 }
 
-// False if the server stops first.
+// False if no more snapshots are made first.
 bool JournalOwner::AwaitDisk(uint64_t sequence) {
   journal_->WhenOnDisk(sequence, [this, sequence] {
     const std::lock_guard lock(mutex_);
@@ -333,8 +338,22 @@ bool JournalOwner::AwaitDisk(uint64_t sequence) {
     wake_.notify_all();
   });
   std::unique_lock lock(mutex_);
-  wake_.wait(lock, [&] { return stopping_ || on_disk_ >= sequence; });
+  wake_.wait(lock, [&] { return !no_more_.empty() || on_disk_ >= sequence; });
   return on_disk_ >= sequence;
+}
+
+std::string JournalOwner::WhyNoMore() {
+  const std::lock_guard lock(mutex_);
+  return no_more_;
+}
+
+void JournalOwner::EndSnapshots(const std::string& why) {
+  std::unique_lock lock(mutex_);
+  if (no_more_.empty()) {
+    no_more_ = why;
+  }
+  wake_.notify_all();
+  wake_.wait(lock, [this] { return !is_making_; });
 }
 
 Result<std::string> JournalOwner::MakeSnapshot() {
@@ -343,7 +362,7 @@ Result<std::string> JournalOwner::MakeSnapshot() {
   for (int attempt = 0; attempt < kAttempts && is_to_try; ++attempt) {
     const std::unique_ptr<journal::StateSource> state = FreezeWhenPossible();
     if (state == nullptr) {
-      return Error{"the server is stopping"};
+      return Error{WhyNoMore()};
     }
     written = journal::SnapshotWriter::Write(state.get(), folder_.get());
     is_to_try = !written.ok() && state->ShouldTryAgain();
@@ -353,7 +372,7 @@ Result<std::string> JournalOwner::MakeSnapshot() {
   }
   journal::SnapshotWriter& snapshot = *written.value();
   if (!AwaitDisk(snapshot.sequence())) {
-    return Error{"the server is stopping"};
+    return Error{WhyNoMore()};
   }
   PHEROMONE_TRY_STATUS(snapshot.GiveName());
   const Result<uint64_t> removed =
@@ -371,6 +390,7 @@ void JournalOwner::EndThreads() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    no_more_ = "the server is stopping";
     wake_.notify_all();
   }
   for (std::thread* thread : {&writer_, &snapshot_maker_}) {

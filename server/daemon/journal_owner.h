@@ -11,8 +11,8 @@
 //   ...
 //   journal->Stop(service.StateHash());
 //
-// Findings and errors are logged. One thread, except for Snapshot and status, which any thread may
-// call.
+// Findings and errors are logged. One thread, except for Snapshot, EndSnapshots and status, which
+// any thread may call.
 #pragma once
 
 #include <condition_variable>
@@ -94,6 +94,9 @@ class JournalOwner {
   /// directly if there is no journal or too many requests wait, and not at all while the disk is
   /// stuck. Errors: why no snapshot was made.
   void Snapshot(SnapshotDone done);
+  /// Returns when none is being made, and none will be: requests are refused with this reason. Any
+  /// thread but the journal's.
+  void EndSnapshots(const std::string& why);
   /// Logs when the disk stops responding and when it responds again; to be called each second, by
   /// one thread.
   void ReportStall();
@@ -112,6 +115,7 @@ class JournalOwner {
   Result<std::string> MakeSnapshot();
   std::unique_ptr<journal::StateSource> FreezeWhenPossible();
   bool AwaitDisk(uint64_t sequence);
+  std::string WhyNoMore();
   void EndThreads();
 
   void FindStart(const engine::Stamp& last);
@@ -141,6 +145,8 @@ class JournalOwner {
   bool snapshot_due_ = false;
   std::vector<SnapshotDone> asked_;  // for the next snapshot
   uint64_t on_disk_ = 0;             // the log, as far as a snapshot waited for it
+  bool is_making_ = false;           // a snapshot
+  std::string no_more_;              // why no snapshots are made any more; empty: they are
   bool stopping_ = false;
 };
 
