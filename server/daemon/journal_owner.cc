@@ -111,13 +111,14 @@ Status JournalOwner::OpenFolder() {
     return opened.error();
   }
   journal::Opened& found = opened.value();
-  if (is_member_ && found.state_lost) {
-    std::erase_if(found.report,
-                  [](const std::string& line) { return line.starts_with("acknowledged changes"); });
-    found.report.emplace_back("changes may be missing here; the cluster's log has them");
-  }
   for (const std::string& line : found.report) {
     spdlog::warn("journal: {}", line);
+  }
+  if (found.state_lost) {
+    spdlog::warn("journal: {}",
+                 is_member_ ? "changes may be missing here; the cluster's log has them"
+                            : "acknowledged changes may be missing; a new epoch begins and robots "
+                              "must send HELLO again");
   }
   journal_ = std::move(found.journal);
   engine_ = std::move(found.engine);
