@@ -290,7 +290,7 @@ void Cluster::TellView() {
   if (leader.term != view_.leader.term && view_.leader.term != 0) {
     ++view_.elections;
   }
-  leader_up_ = reaches ? leader.node : "";
+  leader_up_ = reaches && forwards_ ? leader.node : "";
   view_.role = replica_.role();
   view_.leader = leader;
   view_.gap = gap;
@@ -359,8 +359,13 @@ void Cluster::Stop() {
   log_->Stop();
   sender_.Stop();
   receiver_.Stop();
+  EndForwarding();
+}
+
+void Cluster::EndForwarding() {
   {
     const std::lock_guard lock(mutex_);
+    forwards_ = false;
     leader_up_.clear();
   }
   FinishLost("this server stops", [](const Awaited& /*it*/) { return true; });

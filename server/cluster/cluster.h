@@ -113,7 +113,9 @@ class Cluster {
   void StepDown(const std::string& successor);
   /// A message that was given to `parts.send` has not been sent.
   void OnNotSent(const PeerMessage& message);
-  /// Answers those who wait; then calls nobody any more.
+  /// Answers those who wait for another server, and passes on nothing from then on.
+  void EndForwarding();
+  /// The same; then calls nobody any more.
   void Stop();
 
   /// Passes an event to the leader; false if this server leads, or none can be reached. Under the
@@ -193,6 +195,7 @@ class Cluster {
   mutable std::mutex mutex_;
   // Under mutex_:
   std::string leader_up_;  // the leader, if it is another node and connected
+  bool forwards_ = true;   // false: there is none for good
   std::map<uint64_t, Awaited> awaited_;
   uint64_t last_number_ = 0;
   ClusterView view_;

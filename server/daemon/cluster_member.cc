@@ -379,6 +379,10 @@ control::ClusterView ClusterMember::View() const {
   return view;
 }
 
+void ClusterMember::EndForwarding() {
+  boost::asio::post(io_, [this] { cluster_->EndForwarding(); });
+}
+
 void ClusterMember::Stop() {
   if (!thread_.joinable()) {
     return;

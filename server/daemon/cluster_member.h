@@ -105,6 +105,9 @@ class ClusterMember {
   void HandOver();
   /// Whether the journal has, or will have, all that the service has applied.
   bool is_committed() const { return log_.DurableSequence() == log_.appended(); }
+  /// Answers operators who wait for another server, soon, and passes on nothing from then on.
+  void EndForwarding();
+  /// When nobody calls any more.
   void Stop();
 
  private:

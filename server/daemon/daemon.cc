@@ -177,10 +177,13 @@ class Daemon::Impl {
     operations_.Close();
     edits_.Close();
     if (member_ != nullptr) {
-      member_->Stop();  // answers operators whom the front end waits for
+      member_->EndForwarding();  // the front end waits for its operators
     }
     control_.Stop();
     front_end_.Close();
+    if (member_ != nullptr) {
+      member_->Stop();  // not before: operators still may halt the robots of all servers
+    }
     captures_.Finish();
     // A failed start must not replace the file saved by an earlier run.
     const bool saved = !started || must_restart_ || saver_.SaveAtEnd();
