@@ -75,22 +75,25 @@ cluster::EtcdSettings EtcdSettingsOf(const config::ClusterSettings& settings,
               etcd.has_own_member ? std::next(here) : etcd.members.begin());
   std::random_device random;
   etcd.new_id = id_to_found.empty() ? fmt::format("{:08x}{:08x}", random(), random()) : id_to_found;
-  etcd.on_member = [](const Endpoint& member, const Status& status) {
-    if (status.ok()) {
-      spdlog::info("cluster: etcd at {} responds again", ToText(member));
-    } else {
-      spdlog::warn("cluster: {}", status.error());
-    }
-  };
   return etcd;
+}
+
+void ReportEtcd(const Endpoint& member, const Status& status) {
+  if (status.ok()) {
+    spdlog::info("cluster: etcd at {} responds again", ToText(member));
+  } else {
+    spdlog::warn("cluster: {}", status.error());
+  }
 }
 
 }  // namespace
 
 std::unique_ptr<cluster::ReplicatedLog> MakeReplicatedLog(
     const boost::asio::any_io_executor& executor, const config::ClusterSettings& settings,
-    const std::string& id_to_found) {
-  return std::make_unique<cluster::EtcdLog>(executor, EtcdSettingsOf(settings, id_to_found));
+    const std::string& id_to_found, cluster::EtcdClient::OnMember on_member) {
+  cluster::EtcdSettings etcd = EtcdSettingsOf(settings, id_to_found);
+  etcd.on_member = std::move(on_member);
+  return std::make_unique<cluster::EtcdLog>(executor, std::move(etcd));
 }
 
 ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash,
@@ -134,7 +137,8 @@ ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t l
                 cluster_->OnDown(node);
               },
           .on_warning = [](const std::string& text) { spdlog::warn("cluster: {}", text); }});
-  replicated_ = MakeReplicatedLog(io_.get_executor(), settings_, local_.founds ? local_.id : "");
+  replicated_ =
+      MakeReplicatedLog(io_.get_executor(), settings_, local_.founds ? local_.id : "", ReportEtcd);
 }
 
 ClusterMember::~ClusterMember() {

@@ -32,6 +32,7 @@
 #include "server/base/result.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/cluster_log.h"
+#include "server/cluster/etcd_client.h"
 #include "server/cluster/peers.h"
 #include "server/cluster/replicated_log.h"
 #include "server/config/config.h"
@@ -42,10 +43,10 @@
 
 namespace pheromone::daemon {
 
-/// The cluster's log, as this machine reaches it.
+/// The cluster's log, as this machine reaches it. `on_member`: of etcd.
 std::unique_ptr<cluster::ReplicatedLog> MakeReplicatedLog(
     const boost::asio::any_io_executor& executor, const config::ClusterSettings& settings,
-    const std::string& id_to_found = "");
+    const std::string& id_to_found = "", cluster::EtcdClient::OnMember on_member = nullptr);
 
 class ClusterMember {
  public:
