@@ -75,7 +75,7 @@ struct Greeting {
   std::string cluster{};    ///< its configured name
   std::string node{};       ///< the sender's
   std::string id{};         ///< of the cluster (Page::id); empty: not yet known
-  uint64_t links_hash = 0;  ///< HashFields(EngineConfig::links)
+  uint64_t links_hash = 0;  ///< config::LinksHash
   uint64_t instance = 0;    ///< of the process, random: tells a restart from a second node
   bool operator==(const Greeting&) const = default;
 

@@ -59,13 +59,6 @@ size_t CountRobots(const engine::Engine& engine) {
   return count;
 }
 
-// Equal where a link's index means the same.
-uint64_t LinksHash(const config::Config& config) {
-  engine::EngineConfig links;
-  links.links = config.engine.links;
-  return engine::FiguresOf(links).hash;
-}
-
 }  // namespace
 
 class Daemon::Impl {
@@ -246,7 +239,7 @@ class Daemon::Impl {
     const auto end_snapshots = [this] {
       journal_->EndSnapshots("the state of another server of the cluster is taken in its place");
     };
-    return std::make_unique<ClusterMember>(*config.cluster, LinksHash(config),
+    return std::make_unique<ClusterMember>(*config.cluster, config::LinksHash(config),
                                            ClusterMember::Local{.log = journal_->log(),
                                                                 .last = journal_->last_sequence(),
                                                                 .folder = journal_->files(),
