@@ -203,13 +203,13 @@ class Daemon::Impl {
         return !stopping_;
       }
     }
-    const bool begins_epoch = journal_->membership().new_epoch;
+    const bool begins_epoch = journal_->membership().Get().new_epoch;
     const Status configured =
         config_.TakeAtStart(begins_epoch || (member_ == nullptr && journal_->state_lost()));
     if (configured.ok() && begins_epoch) {
       (void)log()->WhenDurable(
           service_.Inspect([](const engine::Engine& engine) { return engine.sequence(); }),
-          [this] { (void)operations_.Add([this] { journal_->EndNewEpoch(); }); });
+          [this] { (void)operations_.Add([this] { journal_->membership().EndNewEpoch(); }); });
     }
     if (!configured.ok()) {
       spdlog::critical("{}", configured.error());
@@ -232,9 +232,9 @@ class Daemon::Impl {
     if (!config.cluster) {
       return nullptr;
     }
-    const journal::Membership membership = journal_->membership();
+    const journal::Membership membership = journal_->membership().Get();
     const auto note_id = [this, name = config.cluster->name](const std::string& id) {
-      return journal_->NoteMembership(name, id);
+      return journal_->membership().Note(name, id);
     };
     const auto end_snapshots = [this] {
       journal_->EndSnapshots("the state of another server of the cluster is taken in its place");
@@ -528,8 +528,8 @@ class Daemon::Impl {
     const uint64_t field_ms =
         service_.Inspect([this](const engine::Engine& /*engine*/) { return FieldTime(); });
     const int64_t utc_ms = ReadSystemClocks().utc_ms;
-    if (!journal_->IsClockNoted(field_ms, utc_ms)) {
-      (void)operations_.Add([this, field_ms, utc_ms] { journal_->NoteClock(field_ms, utc_ms); });
+    if (!journal_->membership().IsClockNoted(field_ms, utc_ms)) {
+      (void)operations_.Add([this, field_ms, utc_ms] { journal_->membership().NoteClock(field_ms, utc_ms); });
     }
   }
 

@@ -29,8 +29,8 @@
 #include "server/config/config.h"
 #include "server/core/engine/engine.h"
 #include "server/core/engine/service/ordered_log.h"
+#include "server/daemon/membership_keeper.h"
 #include "server/store/journal/local_journal.h"
-#include "server/store/journal/membership.h"
 #include "server/store/journal/posix_folder.h"
 #include "server/store/journal/snapshot_writer.h"
 
@@ -58,18 +58,11 @@ class JournalOwner {
   /// Whether acknowledged changes may be missing.
   bool state_lost() const { return state_lost_; }
 
-  /// Why a server must not go on from this journal, with the way out, if it is one of that cluster
-  /// (empty: alone); empty: it may.
-  std::string WhyNotFor(const std::string& cluster) const;
-  /// To which cluster it belongs; an empty one: to none. Any thread, as those that change it, which
-  /// wait for the disk.
-  journal::Membership membership() const;
-  Status NoteMembership(const std::string& cluster, const std::string& id);
-  /// The epoch that Membership::new_epoch asked for was begun.
-  void EndNewEpoch();
-  /// Keeps what field time was by this machine's clock, if it is not as it was.
-  bool IsClockNoted(uint64_t field_ms, int64_t utc_ms) const;
-  void NoteClock(uint64_t field_ms, int64_t utc_ms);
+  /// As MembershipKeeper.
+  std::string WhyNotFor(const std::string& cluster) const {
+    return membership_.WhyNotFor(cluster, last_sequence_ == 0);
+  }
+  MembershipKeeper& membership() { return membership_; }
 
   /// Where a snapshot may be put; null: nothing is kept.
   journal::Folder* files() { return folder_.get(); }
@@ -118,11 +111,9 @@ class JournalOwner {
   std::string WhyNoMore();
   void EndThreads();
 
-  void FindStart(const engine::Stamp& last);
-  Status Change(const journal::Membership& membership);
-
   const config::JournalConfig config_;
   const bool is_member_;
+  MembershipKeeper membership_;
   const std::string folder_name_;
   engine::VolatileLog volatile_log_;
   std::unique_ptr<journal::PosixFolder> folder_;
@@ -132,8 +123,6 @@ class JournalOwner {
   uint64_t last_ms_ = 0;
   uint64_t last_sequence_ = 0;
   bool state_lost_ = false;
-  mutable std::mutex membership_mutex_;
-  std::optional<journal::Membership> membership_;  // under it; empty: there is no file
 
   uint64_t stalled_us_ = 0;  // as last reported; 0: not stalled
   Freeze freeze_;
