@@ -520,16 +520,23 @@ class Daemon::Impl {
     });
   }
 
-  // Of a cluster: what field time is by this machine's clock.
+  // Of a cluster: what field time is by this machine's clock. One note waits at a time.
   void NoteClock() {
-    if (member_ == nullptr) {
+    if (member_ == nullptr || notes_clock_) {
       return;
     }
     const uint64_t field_ms =
         service_.Inspect([this](const engine::Engine& /*engine*/) { return FieldTime(); });
     const int64_t utc_ms = ReadSystemClocks().utc_ms;
     if (!journal_->membership().IsClockNoted(field_ms, utc_ms)) {
-      (void)operations_.Add([this, field_ms, utc_ms] { journal_->membership().NoteClock(field_ms, utc_ms); });
+      notes_clock_ = true;
+      const bool is_taken = operations_.Add([this, field_ms, utc_ms] {
+        journal_->membership().NoteClock(field_ms, utc_ms);
+        notes_clock_ = false;
+      });
+      if (!is_taken) {
+        notes_clock_ = false;
+      }
     }
   }
 
@@ -571,6 +578,7 @@ class Daemon::Impl {
   boost::asio::steady_timer releaser_;
   bool releasing_ = false;
   bool follows_at_start_ = false;
+  std::atomic<bool> notes_clock_{false};
   std::atomic<bool> has_begun_{false};  // the state is there: it may be reread and saved
   std::atomic<bool> must_restart_{false};
   std::unique_ptr<JournalOwner> journal_;

@@ -106,9 +106,11 @@ void MembershipKeeper::NoteClock(uint64_t field_ms, int64_t utc_ms) {
   const std::lock_guard lock(mutex_);
   journal::Membership its = *membership_;
   its.field_less_utc_ms = static_cast<int64_t>(field_ms) - utc_ms;
-  if (const Status noted = Change(its); !noted.ok()) {
+  const Status noted = Change(its);
+  if (!noted.ok() && !has_reported_clock_) {
     spdlog::error("journal: {}", noted.error());
   }
+  has_reported_clock_ = !noted.ok();
 }
 
 }  // namespace pheromone::daemon

@@ -40,7 +40,8 @@ class MembershipKeeper {
   Status Note(const std::string& cluster, const std::string& id);
   /// The epoch that Membership::new_epoch asked for was begun. Errors are logged.
   void EndNewEpoch();
-  /// Keeps what field time was by this machine's clock, if it is not as it was.
+  /// Keeps what field time was by this machine's clock, if it is not as it was. Errors are logged
+  /// once, until it succeeds again.
   bool IsClockNoted(uint64_t field_ms, int64_t utc_ms) const;
   void NoteClock(uint64_t field_ms, int64_t utc_ms);
 
@@ -52,6 +53,7 @@ class MembershipKeeper {
   mutable std::mutex mutex_;
   // Under mutex_:
   std::optional<journal::Membership> membership_;  // empty: there is no file
+  bool has_reported_clock_ = false;
 };
 
 }  // namespace pheromone::daemon
