@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
-#include <random>
 #include <utility>
 #include <variant>
 
 #include <boost/asio/post.hpp>
 
+#include "server/base/format.h"
+#include "server/base/random.h"
 #include "server/cluster/etcd_log.h"
 #include "server/daemon/service_manager.h"
 
@@ -73,8 +74,7 @@ cluster::EtcdSettings EtcdSettingsOf(const config::ClusterSettings& settings,
   etcd.has_own_member = here != etcd.members.end();
   std::rotate(etcd.members.begin(), etcd.has_own_member ? here : etcd.members.begin(),
               etcd.has_own_member ? std::next(here) : etcd.members.begin());
-  std::random_device random;
-  etcd.new_id = id_to_found.empty() ? fmt::format("{:08x}{:08x}", random(), random()) : id_to_found;
+  etcd.new_id = id_to_found.empty() ? HexText(Random64()) : id_to_found;
   return etcd;
 }
 
@@ -105,19 +105,18 @@ ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t l
       log_(local_.log, {.last = local_.last,
                         .submitted = [this] { Wake(); },
                         .committed = [this] { uses_.committed(); }}) {
-  std::random_device random;
   cluster::PeersSettings peers;
   peers.own.versions.program = PHEROMONE_VERSION;
   peers.own.cluster = settings_.name;
   peers.own.node = settings_.node;
   peers.own.id = local_.founds ? "" : local_.id;
   peers.own.links_hash = links_hash;
-  peers.own.instance = uint64_t{random()} << 32 | random();
+  peers.own.instance = Random64();
   for (const auto& node : settings_.nodes) {
     peers.nodes.emplace(node.name, node.address);
   }
   peers.secret = settings_.secret;
-  peers.seed = random();
+  peers.seed = static_cast<uint32_t>(Random64());
   peers_ = std::make_unique<cluster::Peers>(
       io_.get_executor(), std::move(peers),
       cluster::PeersCallbacks{
