@@ -112,7 +112,7 @@ class Daemon::Impl {
         edits_({.name = "an edit"}),
         operations_({.name = "an operation"}),
         audit_(&control_, journal_->folder()),
-        front_end_(&control_, config_.Get().control, config_.Get().web) {
+        front_end_(&control_, config_.control(), config_.Web()) {
     service_.OnPortion([this](std::span<const engine::Outgoing> out) {
       router_.Deliver({out.begin(), out.end()});
       std::this_thread::sleep_for(journal_->IsBehind() ? kBetweenPortionsBehind : kBetweenPortions);
@@ -411,7 +411,7 @@ class Daemon::Impl {
     auto outcome = config_.ReadAgain();
     if (outcome.ok()) {
       control_.TellConfigured();
-      if (const auto certificate = config_.Get().web.tls) {
+      if (const auto certificate = config_.Web().tls) {
         front_end_.SetCertificate(*certificate);
       }
     }
