@@ -402,4 +402,25 @@ void ClusterMember::Stop() {
   io_.poll();  // what was done aside is dropped while the service is there
 }
 
+std::unique_ptr<ClusterMember> MakeMember(const config::Config& config, JournalOwner* journal) {
+  if (!config.cluster) {
+    return nullptr;
+  }
+  const journal::Membership membership = journal->membership().Get();
+  ClusterMember::Local local;
+  local.log = journal->log();
+  local.last = journal->last_sequence();
+  local.folder = journal->files();
+  local.id = membership.id;
+  local.founds = membership.founds;
+  local.note_id = [journal, name = config.cluster->name](const std::string& id) {
+    return journal->membership().Note(name, id);
+  };
+  local.end_snapshots = [journal] {
+    journal->EndSnapshots("the state of another server of the cluster is taken in its place");
+  };
+  return std::make_unique<ClusterMember>(*config.cluster, config::LinksHash(config),
+                                         std::move(local));
+}
+
 }  // namespace pheromone::daemon

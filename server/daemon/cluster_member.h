@@ -1,12 +1,13 @@
 // One server of a cluster: the thread, sockets and timers around server/cluster.
 //
-//   ClusterMember member(settings, links_hash, {.log = journal->log(), ...});
-//   engine::Service service(member.log(), ...);
-//   Status begun = member.Start({.service = &service, ...});
-//   switch (member.AwaitBegin()) ...         // until this server leads or follows
+//   std::unique_ptr<ClusterMember> member = MakeMember(config, journal.get());
+//   engine::Service service(member->log(), ...);
+//   Status begun = member->Start({.service = &service, ...});
+//   switch (member->AwaitBegin()) ...         // until this server leads or follows
 //   ...
-//   member.HandOver();                       // an orderly stop: another server leads at once
-//   member.Stop();
+//   member->HandOver();                       // an orderly stop: another server leads at once
+//   member->EndForwarding();
+//   member->Stop();
 //
 // Thread-safe from Start to Stop, which one thread calls.
 #pragma once
@@ -37,6 +38,7 @@
 #include "server/cluster/replicated_log.h"
 #include "server/config/config.h"
 #include "server/core/engine/service/service.h"
+#include "server/daemon/journal_owner.h"
 #include "server/daemon/live_control.h"
 #include "server/store/journal/folder.h"
 #include "server/store/journal/snapshot_writer.h"
@@ -146,5 +148,9 @@ class ClusterMember {
 
   std::map<std::string, std::set<std::string>> told_down_;  // the thread's: why there is no peer
 };
+
+/// Of the cluster that the configuration names; null: this server is alone. The journal outlives
+/// it.
+std::unique_ptr<ClusterMember> MakeMember(const config::Config& config, JournalOwner* journal);
 
 }  // namespace pheromone::daemon

@@ -73,7 +73,7 @@ class Daemon::Impl {
         reporter_(strand_),
         releaser_(strand_),
         journal_(std::move(journal)),
-        member_(MakeMember(config)),
+        member_(MakeMember(config, journal_.get())),
         service_(
             log(), [] { return ReadSystemClocks(); },
             member_ != nullptr ? journal_->last_ms() : journal_->start_ms(),
@@ -226,27 +226,6 @@ class Daemon::Impl {
       }
     }
     return configured.ok();
-  }
-
-  std::unique_ptr<ClusterMember> MakeMember(const config::Config& config) const {
-    if (!config.cluster) {
-      return nullptr;
-    }
-    const journal::Membership membership = journal_->membership().Get();
-    const auto note_id = [this, name = config.cluster->name](const std::string& id) {
-      return journal_->membership().Note(name, id);
-    };
-    const auto end_snapshots = [this] {
-      journal_->EndSnapshots("the state of another server of the cluster is taken in its place");
-    };
-    return std::make_unique<ClusterMember>(*config.cluster, config::LinksHash(config),
-                                           ClusterMember::Local{.log = journal_->log(),
-                                                                .last = journal_->last_sequence(),
-                                                                .folder = journal_->files(),
-                                                                .id = membership.id,
-                                                                .founds = membership.founds,
-                                                                .note_id = note_id,
-                                                                .end_snapshots = end_snapshots});
   }
 
   engine::OrderedLog* log() { return member_ != nullptr ? member_->log() : journal_->log(); }
