@@ -1,7 +1,6 @@
 // Servers that join, diverge, or find another log, in virtual time.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <string>
 
 #include "server/cluster/cluster.h"

@@ -2,10 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace pheromone::cluster {

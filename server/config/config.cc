@@ -1,7 +1,6 @@
 #include "server/config/config.h"
 
 #include <utility>
-#include <vector>
 
 #include "server/base/fields.h"
 #include "server/base/file.h"

@@ -70,7 +70,6 @@ class ClusterMember {
   ~ClusterMember();
 
   engine::OrderedLog* log() { return &log_; }
-  const std::string& node() const { return settings_.node; }
 
   /// Outlive the member; called by its thread.
   struct Uses {

@@ -334,8 +334,4 @@ void JournalOwner::ReportStall() {
   }
 }
 
-std::optional<journal::JournalStatus> JournalOwner::status() const {
-  return journal_ != nullptr ? std::optional(journal_->status()) : std::nullopt;
-}
-
 }  // namespace pheromone::daemon

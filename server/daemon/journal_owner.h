@@ -11,8 +11,8 @@
 //   ...
 //   journal->Stop(service.StateHash());
 //
-// Findings and errors are logged. One thread, except for Snapshot, EndSnapshots and status, which
-// any thread may call.
+// Findings and errors are logged. One thread, except for Snapshot and EndSnapshots, which any
+// thread may call.
 #pragma once
 
 #include <condition_variable>
@@ -96,9 +96,6 @@ class JournalOwner {
 
   /// As LocalJournal::IsBehind; any thread.
   bool IsBehind() const { return journal_ != nullptr && journal_->IsBehind(); }
-
-  /// Nothing if nothing is kept.
-  std::optional<journal::JournalStatus> status() const;
 
  private:
   JournalOwner(const config::JournalConfig& config, bool is_member);

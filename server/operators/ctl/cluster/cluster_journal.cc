@@ -4,7 +4,6 @@
 
 #include <memory>
 #include <optional>
-#include <utility>
 
 #include "server/base/format.h"
 #include "server/base/random.h"
