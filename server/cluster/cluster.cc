@@ -137,16 +137,13 @@ void Cluster::Continue() {
   }
   NoteHashes();
   if (actions.heartbeat) {
-    const Heartbeat& it = *actions.heartbeat;
-    const auto* const newest = hashes_.Newest(it.next - 1);
-    parts_.send_all(Beat{.term = it.term,
-                         .leads = it.leads,
-                         .is_healthy = it.is_healthy,
-                         .next = it.next,
-                         .successor = it.successor,
-                         .role = static_cast<uint8_t>(replica_.role()),
-                         .hashed = newest != nullptr ? newest->first : 0,
-                         .hash = newest != nullptr ? newest->second : 0});
+    Heartbeat& it = *actions.heartbeat;
+    it.role = static_cast<uint8_t>(replica_.role());
+    if (const auto* const newest = hashes_.Newest(it.next - 1); newest != nullptr) {
+      it.hashed = newest->first;
+      it.hash = newest->second;
+    }
+    parts_.send_all(it);
   }
   EndLead();  // Next may have handed over
   BeginLead();
@@ -378,16 +375,10 @@ void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
   std::visit(
       [&](const auto& it) {
         using Message = std::decay_t<decltype(it)>;
-        if constexpr (std::is_same_v<Message, Beat>) {
+        if constexpr (std::is_same_v<Message, Heartbeat>) {
           told_[from] = it;
           Compare(from, it);
-          replica_.OnHeartbeat(from,
-                               {.term = it.term,
-                                .leads = it.leads,
-                                .is_healthy = it.is_healthy,
-                                .next = it.next,
-                                .successor = it.successor},
-                               parts_.now_ms());
+          replica_.OnHeartbeat(from, it, parts_.now_ms());
           Continue();
         } else if constexpr (std::is_same_v<Message, ForwardedRequest>) {
           Accept(from, it);

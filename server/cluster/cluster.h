@@ -140,7 +140,7 @@ class Cluster {
   bool Found(const Page& page);
   bool NoteId();
   void NoteHashes();
-  void Compare(const std::string& from, const Beat& beat);
+  void Compare(const std::string& from, const Heartbeat& beat);
   void DropState(const std::string& why);
   void Join(uint64_t now_ms);
   void OnJoined(const Result<uint64_t>& sequence);
@@ -171,9 +171,9 @@ class Cluster {
   StateHashes hashes_;
   bool founds_;
   std::string noted_id_;
-  std::deque<Group> to_apply_;        // while the local log does not admit more
-  std::set<std::string> up_;          // peers
-  std::map<std::string, Beat> told_;  // by those that are up, the last
+  std::deque<Group> to_apply_;             // while the local log does not admit more
+  std::set<std::string> up_;               // peers
+  std::map<std::string, Heartbeat> told_;  // by those that are up, the last
   Sequence floor_ = 1;
   uint64_t join_ms_ = 0;      // not before
   std::string join_asked_;    // the peer that was asked last

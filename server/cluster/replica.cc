@@ -166,7 +166,8 @@ Replica::Actions Replica::Next(uint64_t now_ms) {
       is_appending_ = true;
     }
   }
-  actions.heartbeat = election_.Beat(queue_.empty(), queue_.in_flight_since_ms(), next_, now_ms);
+  actions.heartbeat =
+      election_.NextHeartbeat(queue_.empty(), queue_.in_flight_since_ms(), next_, now_ms);
   return actions;
 }
 
