@@ -19,8 +19,8 @@ constexpr uint64_t kLocalLogPauseMs = 10;  // while the local log admits nothing
 // The log keeps what a server that was away for a while needs, up to some 100 MB; beyond that a
 // peer's state is asked for.
 constexpr uint64_t kBetweenTrimsMs = 5'000;
-constexpr uint64_t kAlwaysKept = 10'000;   // events that peers have seen, but perhaps not written
-constexpr uint64_t kMostKept = 1'000'000;  // events, for peers that are away
+constexpr uint64_t kAlwaysKept = 10'000;  // events that peers have seen, but perhaps not written
+constexpr uint64_t kMaxKept = 1'000'000;  // events, for peers that are away
 constexpr uint64_t kBetweenPosesMs = 100;
 constexpr uint64_t kStalledMs = 1'000;
 constexpr char kNobodyLeads[] = "no server of the cluster leads at present";
@@ -45,6 +45,7 @@ Cluster::Cluster(ReplicaSettings settings, Sequence next, bool founds, Replicate
                               StatePortion portion) { parts_.send(to, std::move(portion)); }}),
       receiver_({.folder = parts_.folder,
                  .aside = parts_.aside,
+                 .end_snapshots = parts_.end_snapshots,
                  .send = [this](const std::string& to,
                                 StateRequest request) { parts_.send(to, request); },
                  .done = [this](const Result<uint64_t>& sequence) { OnJoined(sequence); }}),
@@ -136,16 +137,13 @@ void Cluster::Continue() {
   }
   NoteHashes();
   if (actions.heartbeat) {
-    const Heartbeat& it = *actions.heartbeat;
-    const auto* const newest = hashes_.Newest(it.next - 1);
-    parts_.send_all(Beat{.term = it.term,
-                         .leads = it.leads,
-                         .is_healthy = it.is_healthy,
-                         .next = it.next,
-                         .successor = it.successor,
-                         .role = static_cast<uint8_t>(replica_.role()),
-                         .hashed = newest != nullptr ? newest->first : 0,
-                         .hash = newest != nullptr ? newest->second : 0});
+    Heartbeat& it = *actions.heartbeat;
+    it.role = static_cast<uint8_t>(replica_.role());
+    if (const auto* const newest = hashes_.Newest(it.next - 1); newest != nullptr) {
+      it.hashed = newest->first;
+      it.hash = newest->second;
+    }
+    parts_.send_all(it);
   }
   EndLead();  // Next may have handed over
   BeginLead();
@@ -247,7 +245,7 @@ void Cluster::TrimSometimes(uint64_t now_ms) {
   }
   const Sequence end = replica_.committed() + 1;
   const Sequence floor =
-      std::max(seen - std::min(seen, kAlwaysKept), end - std::min(end, kMostKept));
+      std::max(seen - std::min(seen, kAlwaysKept), end - std::min(end, kMaxKept));
   if (floor > trimmed_) {
     is_trimming_ = true;
     log_->Trim(floor, [this, floor](const Status& trimmed) {
@@ -289,7 +287,7 @@ void Cluster::TellView() {
   if (leader.term != view_.leader.term && view_.leader.term != 0) {
     ++view_.elections;
   }
-  leader_up_ = reaches ? leader.node : "";
+  leader_up_ = reaches && forwards_ ? leader.node : "";
   view_.role = replica_.role();
   view_.leader = leader;
   view_.gap = gap;
@@ -358,8 +356,13 @@ void Cluster::Stop() {
   log_->Stop();
   sender_.Stop();
   receiver_.Stop();
+  EndForwarding();
+}
+
+void Cluster::EndForwarding() {
   {
     const std::lock_guard lock(mutex_);
+    forwards_ = false;
     leader_up_.clear();
   }
   FinishLost("this server stops", [](const Awaited& /*it*/) { return true; });
@@ -372,16 +375,10 @@ void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
   std::visit(
       [&](const auto& it) {
         using Message = std::decay_t<decltype(it)>;
-        if constexpr (std::is_same_v<Message, Beat>) {
+        if constexpr (std::is_same_v<Message, Heartbeat>) {
           told_[from] = it;
           Compare(from, it);
-          replica_.OnHeartbeat(from,
-                               {.term = it.term,
-                                .leads = it.leads,
-                                .is_healthy = it.is_healthy,
-                                .next = it.next,
-                                .successor = it.successor},
-                               parts_.now_ms());
+          replica_.OnHeartbeat(from, it, parts_.now_ms());
           Continue();
         } else if constexpr (std::is_same_v<Message, ForwardedRequest>) {
           Accept(from, it);

@@ -18,14 +18,12 @@
 // except for Forward and view, which any thread may call.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -88,11 +86,13 @@ class Cluster {
     /// The ID of the log is known, before anything of it is applied: to be made durable beside the
     /// journal. Errors end the process.
     std::function<Status(const std::string& id)> on_id;
-    /// As StateSender, for peers; null: no state can be given.
+    /// As StateSender, for peers.
     std::function<std::unique_ptr<journal::StateSource>()> freeze;
     RunAside aside;
     /// Of the journal, for the state of a peer.
     journal::Folder* folder = nullptr;
+    /// As StateReceiver: the state here is not to be kept.
+    std::function<void()> end_snapshots;
     /// Something that an operator has to know.
     std::function<void(const std::string& text)> warn;
   };
@@ -111,7 +111,9 @@ class Cluster {
   void StepDown(const std::string& successor);
   /// A message that was given to `parts.send` has not been sent.
   void OnNotSent(const PeerMessage& message);
-  /// Answers those who wait; then calls nobody any more.
+  /// Answers those who wait for another server, and passes on nothing from then on.
+  void EndForwarding();
+  /// The same; then calls nobody any more.
   void Stop();
 
   /// Passes an event to the leader; false if this server leads, or none can be reached. Under the
@@ -138,7 +140,7 @@ class Cluster {
   bool Found(const Page& page);
   bool NoteId();
   void NoteHashes();
-  void Compare(const std::string& from, const Beat& beat);
+  void Compare(const std::string& from, const Heartbeat& beat);
   void DropState(const std::string& why);
   void Join(uint64_t now_ms);
   void OnJoined(const Result<uint64_t>& sequence);
@@ -169,9 +171,9 @@ class Cluster {
   StateHashes hashes_;
   bool founds_;
   std::string noted_id_;
-  std::deque<Group> to_apply_;        // while the local log does not admit more
-  std::set<std::string> up_;          // peers
-  std::map<std::string, Beat> told_;  // by those that are up, the last
+  std::deque<Group> to_apply_;             // while the local log does not admit more
+  std::set<std::string> up_;               // peers
+  std::map<std::string, Heartbeat> told_;  // by those that are up, the last
   Sequence floor_ = 1;
   uint64_t join_ms_ = 0;      // not before
   std::string join_asked_;    // the peer that was asked last
@@ -191,6 +193,7 @@ class Cluster {
   mutable std::mutex mutex_;
   // Under mutex_:
   std::string leader_up_;  // the leader, if it is another node and connected
+  bool forwards_ = true;   // false: there is none for good
   std::map<uint64_t, Awaited> awaited_;
   uint64_t last_number_ = 0;
   ClusterView view_;

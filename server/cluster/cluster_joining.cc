@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "server/cluster/cluster.h"
@@ -65,7 +64,7 @@ void Cluster::NoteHashes() {
 
 // The leader's state is the one that counts: with two servers there is no majority that could say
 // which of them is wrong.
-void Cluster::Compare(const std::string& from, const Beat& beat) {
+void Cluster::Compare(const std::string& from, const Heartbeat& beat) {
   NoteHashes();
   if (beat.hashed != 0) {
     hashes_.Hear(from, beat.hashed, beat.hash);
@@ -75,7 +74,7 @@ void Cluster::Compare(const std::string& from, const Beat& beat) {
   if (!is_leaders && !parts_.log->leads()) {
     return;
   }
-  const auto sequence = hashes_.Difference(from);
+  const auto sequence = hashes_.Difference(from, replica_.committed());
   if (!sequence) {
     return;
   }
@@ -87,12 +86,12 @@ void Cluster::Compare(const std::string& from, const Beat& beat) {
   } else if (replica_.gap() == LogGap::kNone) {
     DropState("node " + from + ", which leads, has another state than this one" + after);
     // So that the leader counts it, too: this process may end before its next heartbeat.
-    parts_.send(from, Beat{.term = replica_.leader().term,
-                           .is_healthy = false,
-                           .next = replica_.committed() + 1,
-                           .role = static_cast<uint8_t>(replica_.role()),
-                           .hashed = *sequence,
-                           .hash = *hashes_.Own(*sequence)});
+    parts_.send(from, Heartbeat{.term = replica_.leader().term,
+                                .is_healthy = false,
+                                .next = replica_.committed() + 1,
+                                .role = static_cast<uint8_t>(replica_.role()),
+                                .hashed = *sequence,
+                                .hash = *hashes_.Own(*sequence)});
   }
 }
 

@@ -1,7 +1,6 @@
 // Servers that join, diverge, or find another log, in virtual time.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <string>
 
 #include "server/cluster/cluster.h"
@@ -106,6 +105,27 @@ TEST_F(ClusterStateTest, ALeaderWhoseChangesAreNotInTheLogBeginsAgainWithoutThem
   AwaitEqual();
 }
 
+// Its own state after an event that never was in the log is nobody's divergence.
+TEST_F(ClusterStateTest, ALeaderThatOnlyTheLogHasLostComparesNoUncommittedState) {
+  StartBoth();
+  world_["a"].Handle({Hello(1, 1)});
+  AwaitEqual();
+  world_.Run(ClusterLog::kHashEveryMs);
+  world_["a"].log().SetCutOff(true);
+  world_["a"].Handle({Deposit(1, 1)});
+  ASSERT_TRUE(world_.RunUntil([&] { return world_["b"].view().role == Role::kLeads; }));
+  world_["b"].Handle({Hello(2, 2)});
+  world_.Run(1'000);
+  EXPECT_EQ(world_["b"].view().committed, world_["a"].sequence()) << "the number of a's event";
+  EXPECT_EQ(world_["a"].view().divergences, 0u);
+  world_["a"].log().SetCutOff(false);
+  ASSERT_TRUE(world_.RunUntil([&] { return !world_["a"].runs(); }));
+  world_.Start("a");
+  AwaitEqual();
+  EXPECT_TRUE(world_["a"].warnings.empty()) << world_["a"].warnings[0];
+  EXPECT_TRUE(world_["b"].warnings.empty()) << world_["b"].warnings[0];
+}
+
 TEST_F(ClusterStateTest, AnEmptyServerTakesAStateAndTheLogsTail) {
   world_.Start("a");
   ASSERT_TRUE(world_.RunUntil([&] { return world_.leader() == "a"; }));
@@ -154,6 +174,7 @@ TEST_F(ClusterStateTest, ATransferGoesOnWithWhoeverIsThereAgain) {
   Lay("a", 3);
   TrimAll();
   world_.Start("b");
+  ASSERT_TRUE(world_.RunUntil([&] { return world_["b"].view().transfer.starts_with("takes"); }));
   world_.SetCut("a", "b", true);
   world_.Run(15'000);
   EXPECT_TRUE(world_["b"].runs());

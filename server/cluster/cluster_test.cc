@@ -42,6 +42,7 @@ class ClusterTest : public ::testing::Test {
             .on_id = [](const std::string&) { return Ok(); },
             .freeze = nullptr,  // no state is given or taken here
             .aside = nullptr,
+            .end_snapshots = nullptr,
             .warn = nullptr};
   }
 
@@ -183,6 +184,19 @@ TEST_F(ClusterTest, AnOperatorIsToldWhenTheChangeWasNotSentWasLostOrTheServerSto
   cluster_.Stop();
   ASSERT_EQ(results_.size(), 3u);
   EXPECT_FALSE(results_[2].ok);
+}
+
+// Not before the server itself stops: operators may halt the robots of all, or end a lead.
+TEST_F(ClusterTest, ForwardingEndsBeforeTheRest) {
+  FollowB();
+  ForwardAChange();
+  cluster_.EndForwarding();
+  ASSERT_EQ(results_.size(), 1u);
+  EXPECT_FALSE(results_[0].ok);
+  other_.TakeLead(engine_.leader().term, "b", [](const Result<Leader>&) {});
+  Pass(100);
+  EXPECT_EQ(cluster_.view().leader.term, 2u);
+  EXPECT_FALSE(cluster_.Forward({0, engine::EditReversed{}}, [](const OperatorResult&) {}));
 }
 
 }  // namespace

@@ -103,8 +103,8 @@ std::optional<Term> Election::Ask(uint64_t now_ms) {
   return leader_.term;
 }
 
-std::optional<Heartbeat> Election::Beat(bool is_drained, uint64_t waits_since_ms, Sequence next,
-                                        uint64_t now_ms) {
+std::optional<Heartbeat> Election::NextHeartbeat(bool is_drained, uint64_t waits_since_ms,
+                                                 Sequence next, uint64_t now_ms) {
   if (settings_.nodes.size() < 2) {
     return std::nullopt;
   }

@@ -35,20 +35,11 @@
 
 #include "server/base/bytes.h"
 #include "server/base/result.h"
+#include "server/cluster/heartbeat.h"
 #include "server/cluster/replica_settings.h"
 #include "server/cluster/replicated_log.h"
 
 namespace pheromone::cluster {
-
-/// What a daemon tells each peer every heartbeat_ms, and at once when `leads` changes.
-struct Heartbeat {
-  Term term = 0;            ///< the highest that it knows
-  bool leads = false;       ///< in that term, and nobody else shall
-  bool is_healthy = true;   ///< it could lead: its journal accepts events
-  Sequence next = 1;        ///< one after the last committed event that it knows
-  std::string successor{};  ///< who shall lead after it; empty: anybody
-  bool operator==(const Heartbeat&) const = default;
-};
 
 enum class Role : uint8_t {
   kFollows,
@@ -83,9 +74,9 @@ class Election {
   std::optional<Term> Ask(uint64_t now_ms);
   /// What has to be sent to all peers now. `is_drained`: nothing is uncommitted. `waits_since_ms`:
   /// since when a group is on its way into the log; kNever: there is none.
-  std::optional<Heartbeat> Beat(bool is_drained, uint64_t waits_since_ms, Sequence next,
-                                uint64_t now_ms);
-  /// When Ask or Beat has something new if nothing is heard until then; kNever.
+  std::optional<Heartbeat> NextHeartbeat(bool is_drained, uint64_t waits_since_ms, Sequence next,
+                                         uint64_t now_ms);
+  /// When Ask or NextHeartbeat has something new if nothing is heard until then; kNever.
   uint64_t Deadline() const;
 
   Role role() const { return role_; }

@@ -32,7 +32,7 @@ std::optional<Term> AskAt(Election* election, uint64_t at_ms) {
 }
 
 std::optional<Heartbeat> BeatAt(Election* election, uint64_t now_ms, bool is_drained = true) {
-  return election->Beat(is_drained, kNever, 8, now_ms);
+  return election->NextHeartbeat(is_drained, kNever, 8, now_ms);
 }
 
 // A daemon that was granted term 6 and has caught up, at 300.
@@ -302,9 +302,9 @@ TEST(Election, AnUnhealthyLeaderHandsOverToAHealthyPeer) {
 
 TEST(Election, ALeaderThatTheLogDoesNotAnswerSaysThatItDoesNotLead) {
   Election election = LeaderOf6("a");
-  EXPECT_TRUE(election.Beat(false, 1000, 8, 9999)->leads);
-  EXPECT_FALSE(election.Beat(false, 1000, 8, 10'000)->leads);
-  EXPECT_TRUE(election.Beat(false, 10'010, 8, 10'010)->leads);
+  EXPECT_TRUE(election.NextHeartbeat(false, 1000, 8, 9999)->leads);
+  EXPECT_FALSE(election.NextHeartbeat(false, 1000, 8, 10'000)->leads);
+  EXPECT_TRUE(election.NextHeartbeat(false, 10'010, 8, 10'010)->leads);
 }
 
 // Its peers' heartbeats are in its sockets, behind the timer.

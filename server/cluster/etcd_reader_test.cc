@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace pheromone::cluster {

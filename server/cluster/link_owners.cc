@@ -13,8 +13,8 @@ constexpr uint64_t kRenewals = 3;  // in a lease
 constexpr uint64_t kBetweenReadsMs = 200;
 constexpr uint64_t kAfterErrorMs = 50;
 constexpr uint64_t kBetweenRanksMs = 100;
-constexpr uint64_t kMostDriftParts = 50;  // 2 %
-constexpr uint64_t kStepsMs = 5;          // of clocks that are read in whole milliseconds
+constexpr uint64_t kMaxDriftParts = 50;  // 2 %
+constexpr uint64_t kStepsMs = 5;         // of clocks that are read in whole milliseconds
 
 // The end of it is removed from `text`.
 std::optional<uint64_t> LastNumber(std::string_view* text) {
@@ -65,7 +65,7 @@ bool LinkOwners::IsOwn(const Link& link) const {
 // When a lease of another one is surely over.
 uint64_t LinkOwners::ClaimAt(const Link& link) const {
   const uint64_t lease_ms = link.lease.lease_ms;
-  const uint64_t surely_ms = lease_ms == 0 ? 0 : lease_ms + lease_ms / kMostDriftParts + kStepsMs;
+  const uint64_t surely_ms = lease_ms == 0 ? 0 : lease_ms + lease_ms / kMaxDriftParts + kStepsMs;
   return link.seen_ms + surely_ms + link.settings.rank * kBetweenRanksMs;
 }
 

@@ -6,7 +6,7 @@
 //   owners.SetInUse(0, in_use_until_ms);             // what was begun is on the air until then
 //   for (const LinkOwners::Request& it : owners.Next(now_ms)) ...   // read or set the register
 //   owners.OnRegister(it.link, register, now_ms);    // the answer to it
-//   ... again at owners.Deadline()
+//   ... again at owners.Deadline(now_ms)
 //   owners.until_ms(0) > now_ms                      // it may send, at present
 //
 // Each link has a register in the replicated log's engine, which is changed by comparison only
@@ -119,7 +119,7 @@ class LinkOwners {
     uint64_t ended_ms = kNever;  // since when it begins nothing any more
     uint64_t in_use_until_ms = 0;
     bool is_asked = false;
-    LinkLease asked;        // lease_ms and change are 0: it reads
+    LinkLease asked;
     bool sets = false;      // the request
     uint64_t asked_ms = 0;  // when it was made
     uint64_t next_ms = 0;   // no request before

@@ -46,8 +46,8 @@ std::string Printable(std::string text) {
 }  // namespace
 
 Lane LaneOf(const PeerMessage& message) {
-  if (std::holds_alternative<Beat>(message)) {
-    return Lane::kBeat;
+  if (std::holds_alternative<Heartbeat>(message)) {
+    return Lane::kHeartbeat;
   }
   if (std::holds_alternative<HaltAll>(message) || std::holds_alternative<HaltDone>(message) ||
       std::holds_alternative<Greeting>(message)) {
@@ -128,7 +128,7 @@ bool PeerConnection::Send(std::string frame, Lane lane) {
   }
   queued_bytes_ += frame.size();
   switch (lane) {
-    case Lane::kBeat:
+    case Lane::kHeartbeat:
       queued_bytes_ -= beat_ ? beat_->size() : 0;
       beat_ = std::move(frame);
       break;

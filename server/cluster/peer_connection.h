@@ -38,8 +38,8 @@ inline auto ErrorTo(boost::system::error_code* error) {
 
 /// What is sent first.
 enum class Lane : uint8_t {
-  kBeat,    ///< the latest one alone
-  kUrgent,  ///< halts, greetings
+  kHeartbeat,  ///< the latest one alone
+  kUrgent,     ///< halts, greetings
   kNormal,
   kPortions,
 };

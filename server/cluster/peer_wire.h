@@ -18,7 +18,7 @@
 // not read if kPeerVersion differs. Two daemons talk if CheckGreeting finds nothing wrong, each
 // with the other's greeting.
 //
-//   const std::string frame = EncodePeerMessage(Beat{.term = 7, .leads = true}).value();
+//   const std::string frame = EncodePeerMessage(Heartbeat{.term = 7, .leads = true}).value();
 //   PeerFrames frames;
 //   frames.Add(bytes);                                  // as they were received
 //   Result<std::optional<PeerMessage>> next = frames.Next();   // until there is none
@@ -38,6 +38,7 @@
 #include "protocol/messages.h"
 #include "server/base/fields.h"
 #include "server/base/result.h"
+#include "server/cluster/heartbeat.h"
 #include "server/core/engine/event.h"
 #include "server/core/engine/event_codec.h"
 #include "server/core/field/edit.h"
@@ -75,7 +76,7 @@ struct Greeting {
   std::string cluster{};    ///< its configured name
   std::string node{};       ///< the sender's
   std::string id{};         ///< of the cluster (Page::id); empty: not yet known
-  uint64_t links_hash = 0;  ///< HashFields(EngineConfig::links)
+  uint64_t links_hash = 0;  ///< config::LinksHash
   uint64_t instance = 0;    ///< of the process, random: tells a restart from a second node
   bool operator==(const Greeting&) const = default;
 
@@ -87,31 +88,6 @@ struct Greeting {
     visit("id", it.id);
     visit("links_hash", it.links_hash);
     visit("instance", it.instance);
-  }
-};
-
-/// A heartbeat: what the sender knows of the log, and is.
-struct Beat {
-  uint64_t term = 0;        ///< the highest that it knows
-  bool leads = false;       ///< in that term
-  bool is_healthy = true;   ///< it could lead: its journal accepts events
-  uint64_t next = 1;        ///< one after the last committed event that it knows
-  std::string successor{};  ///< who shall lead after it; empty: anybody
-  uint8_t role = 0;         ///< replica.h; for status only
-  uint64_t hashed = 0;      ///< a recent event: ClusterLog::StateHash; 0: there was none yet
-  uint64_t hash = 0;        ///< of the sender's state after it
-  bool operator==(const Beat&) const = default;
-
-  template <typename Self, typename Visit>
-  static void Fields(Self& it, Visit&& visit) {
-    visit("term", it.term);
-    visit("leads", it.leads);
-    visit("is_healthy", it.is_healthy);
-    visit("next", it.next);
-    visit("successor", it.successor);
-    visit("role", it.role);
-    visit("hashed", it.hashed);
-    visit("hash", it.hash);
   }
 };
 
@@ -340,9 +316,9 @@ struct StatePortion {
 };
 
 /// The order is that of the types' numbers.
-using PeerMessage =
-    std::variant<Greeting, Beat, ForwardedRequest, DirectAnswer, ForwardedEvent, OperatorChange,
-                 OperatorResult, HaltAll, HaltDone, PosesHeard, StateRequest, StatePortion>;
+using PeerMessage = std::variant<Greeting, Heartbeat, ForwardedRequest, DirectAnswer,
+                                 ForwardedEvent, OperatorChange, OperatorResult, HaltAll, HaltDone,
+                                 PosesHeard, StateRequest, StatePortion>;
 
 /// A whole frame. Errors: it would be longer than kMaxPeerBytes.
 Result<std::string> EncodePeerMessage(const PeerMessage& message);

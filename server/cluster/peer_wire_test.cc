@@ -2,10 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace pheromone::cluster {
@@ -32,14 +29,14 @@ std::vector<PeerMessage> OneOfEach() {
   trace.data[1] = 0x22;
   return {
       GreetingOf("a"),
-      Beat{.term = 3,
-           .leads = true,
-           .is_healthy = false,
-           .next = 0x0102030405060708,
-           .successor = "b",
-           .role = 4,
-           .hashed = 5,
-           .hash = 6},
+      Heartbeat{.term = 3,
+                .leads = true,
+                .is_healthy = false,
+                .next = 0x0102030405060708,
+                .successor = "b",
+                .role = 4,
+                .hashed = 5,
+                .hash = 6},
       ForwardedRequest{.link = 2, .message = trace, .asker = 77},
       DirectAnswer{.link = 2, .message = trace, .asker = 77},
       ForwardedEvent{engine::GoalEnded{1, 2, true, {-3, 4}}},
@@ -67,13 +64,13 @@ std::string ErrorOfFrame(const std::string& frame) {
 }
 
 TEST(PeerWire, HasTheBytesOfTheDescription) {
-  EXPECT_EQ(Encoded(Beat{.term = 0x0A0B,
-                         .leads = true,
-                         .is_healthy = false,
-                         .next = 1,
-                         .role = 2,
-                         .hashed = 3,
-                         .hash = 4}),
+  EXPECT_EQ(Encoded(Heartbeat{.term = 0x0A0B,
+                              .leads = true,
+                              .is_healthy = false,
+                              .next = 1,
+                              .role = 2,
+                              .hashed = 3,
+                              .hash = 4}),
             "\x28\0\0\0"s
             "\x01"
             "\x0B\x0A\0\0\0\0\0\0"s
@@ -138,7 +135,7 @@ TEST(PeerWire, TellsWhatIsWrong) {
   halt.back() = 17;
   EXPECT_EQ(ErrorOfFrame(halt),
             "found a message of type 7 that is invalid: repetitions is 17, expected 1 to 16");
-  std::string beat = FrameOf(Beat{});
+  std::string beat = FrameOf(Heartbeat{});
   beat[9] = 2;  // leads
   EXPECT_EQ(ErrorOfFrame(beat),
             "found a message of type 1 that is invalid: a flag is 2, expected at most 1");

@@ -6,13 +6,13 @@
 //                .on_up = [](const std::string& node, const Greeting& greeting) { ... },
 //                .on_down = [](const std::string& node, const std::string& why) { ... }});
 //   Status listens = peers.Listen();
-//   peers.SendAll(Beat{...});
+//   peers.SendAll(Heartbeat{...});
 //
 // Of two nodes, the one whose name comes first dials, and the other one listens; so there is one
 // connection between them. It is encrypted and authenticated both ways (peer_tls.h), and begins
 // with a greeting each way (peer_wire.h); then the node is up. A connection ends when nothing was
-// heard for a while (Beats are expected), when the other side does not read, or when it says what
-// no peer says; it is dialed again with jittered back-off. What was not sent then is lost.
+// heard for a while (heartbeats are expected), when the other side does not read, or when it says
+// what no peer says; it is dialed again with jittered back-off. What was not sent then is lost.
 //
 // Heartbeats and halts are sent before everything else, portions of states after everything else,
 // and all the rest in the order in which it was given. A heartbeat that was not yet sent is

@@ -174,7 +174,7 @@ TEST_F(PeersStrangersTest, WhatNoPeerSaysEndsTheConnection) {
   const std::string greeting = encoded(GreetingFrom("a", 5));
   ASSERT_TRUE(say({encoded(GreetingFrom("c", 5))}));
   EXPECT_EQ(b->StateOf("a").why_down, "node a says that it is node c");
-  ASSERT_TRUE(say({encoded(Beat{})}));
+  ASSERT_TRUE(say({encoded(Heartbeat{})}));
   EXPECT_EQ(b->StateOf("a").why_down, "found a message of type 1, expected a greeting");
   EXPECT_TRUE(b->ups.empty());
   ASSERT_TRUE(say({greeting, greeting}));

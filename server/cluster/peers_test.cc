@@ -7,7 +7,6 @@
 #include <memory>
 #include <string>
 #include <thread>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -33,13 +32,13 @@ TEST_F(PeersTest, ThreeNodesAreConnectedWithEachOther) {
            c->IsUp("b");
   }));
   EXPECT_EQ(b->ups.size(), 2u);
-  EXPECT_EQ(b->peers->SendAll(Beat{.term = 5}), 2u);
+  EXPECT_EQ(b->peers->SendAll(Heartbeat{.term = 5}), 2u);
   EXPECT_TRUE(a->peers->Send("c", StateRequest{.number = 6}));
-  EXPECT_FALSE(a->peers->Send("d", Beat{}));
-  EXPECT_FALSE(a->peers->Send("a", Beat{}));
+  EXPECT_FALSE(a->peers->Send("d", Heartbeat{}));
+  EXPECT_FALSE(a->peers->Send("a", Heartbeat{}));
   ASSERT_TRUE(RunUntil([&] { return a->messages.size() == 1 && c->messages.size() == 2; }));
   EXPECT_EQ(a->messages.front().first, "b");
-  EXPECT_EQ(std::get<Beat>(a->messages.front().second).term, 5u);
+  EXPECT_EQ(std::get<Heartbeat>(a->messages.front().second).term, 5u);
   EXPECT_EQ(a->StateOf("b").program, "0.1.0");
   EXPECT_EQ(a->StateOf("b").times_up, 1u);
   EXPECT_TRUE(a->StateOf("b").heard);
@@ -74,16 +73,16 @@ TEST_F(PeersTest, HeartbeatsAndHaltsOvertakeAndPortionsComeLast) {
   EXPECT_FALSE(a->peers->Send("b", StatePortion{}));
   EXPECT_TRUE(a->peers->Send("b", LongMessage(2)));
   EXPECT_TRUE(a->peers->Send("b", LongMessage(3)));
-  EXPECT_TRUE(a->peers->Send("b", Beat{.term = 1}));
+  EXPECT_TRUE(a->peers->Send("b", Heartbeat{.term = 1}));
   EXPECT_TRUE(a->peers->Send("b", HaltAll{.number = 4}));
-  EXPECT_TRUE(a->peers->Send("b", Beat{.term = 2}));  // instead of the other one
+  EXPECT_TRUE(a->peers->Send("b", Heartbeat{.term = 2}));  // instead of the other one
   ASSERT_TRUE(RunUntil([&] { return b->messages.size() == 5 + Peers::kMaxPortions; }));
   std::vector<size_t> types;
   for (const auto& [from, message] : b->messages) {
     types.push_back(message.index());
   }
   EXPECT_EQ(types, (std::vector<size_t>{10, 1, 7, 6, 6, 11, 11, 11, 11}));
-  EXPECT_EQ(std::get<Beat>(b->messages[1].second).term, 2u);
+  EXPECT_EQ(std::get<Heartbeat>(b->messages[1].second).term, 2u);
   EXPECT_TRUE(a->peers->Send("b", StatePortion{}));
 }
 

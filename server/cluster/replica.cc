@@ -9,8 +9,7 @@ std::string_view TextOf(LogGap gap) {
   switch (gap) {
     case LogGap::kTrimmed:
       return "the cluster's log no longer has the events that come next here: this server takes "
-             "the "
-             "state of another one and starts again";
+             "the state of another one and starts again";
     case LogGap::kRewound:
       return "the cluster's log lacks events that were applied here: it was lost, or an older one "
              "restored; this server answers queries only: see pheromoned(8), CLUSTER";
@@ -167,7 +166,8 @@ Replica::Actions Replica::Next(uint64_t now_ms) {
       is_appending_ = true;
     }
   }
-  actions.heartbeat = election_.Beat(queue_.empty(), queue_.in_flight_since_ms(), next_, now_ms);
+  actions.heartbeat =
+      election_.NextHeartbeat(queue_.empty(), queue_.in_flight_since_ms(), next_, now_ms);
   return actions;
 }
 

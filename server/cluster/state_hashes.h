@@ -3,7 +3,8 @@
 //
 //   StateHashes hashes;
 //   hashes.Note(4711, own_hash);
-//   std::optional<uint64_t> sequence = hashes.Hear("b", 4711, its_hash);   // a difference, once
+//   hashes.Hear("b", 4711, its_hash);
+//   std::optional<uint64_t> sequence = hashes.Difference("b", committed);   // told once
 //
 // Pure; not thread-safe.
 #pragma once
@@ -43,10 +44,14 @@ class StateHashes {
       Keep(sequence, hash, &its.hashes);
     }
   }
-  /// An event after which that server has another state; told once for each.
-  std::optional<uint64_t> Difference(const std::string& node) {
+  /// An event after which that server has another state; told once for each. Only events up to
+  /// `committed`: of a later number, that server may have another event than this one.
+  std::optional<uint64_t> Difference(const std::string& node, uint64_t committed) {
     Heard& its = heard_[node];
     for (const auto& [sequence, hash] : its.hashes) {
+      if (sequence > committed) {
+        break;
+      }
       const auto own = own_.find(sequence);
       if (own == own_.end() || sequence <= its.compared) {
         continue;

@@ -1,6 +1,5 @@
 #include "server/cluster/state_receiver.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "server/store/journal/format.h"
@@ -17,7 +16,7 @@ struct StateReceiver::File {
   std::string head;
   uint64_t sequence = 0;
 
-  Status Write(journal::Folder* folder, uint64_t least, std::string_view bytes) {
+  Status Write(const Parts& parts, uint64_t least, std::string_view bytes) {
     if (writer == nullptr) {
       head += bytes;
       if (head.size() < journal::kSnapshotHeaderBytes) {
@@ -29,7 +28,8 @@ struct StateReceiver::File {
         return Error{"its state is that after event " + std::to_string(sequence) +
                      ", expected one after event " + std::to_string(least) + " or later"};
       }
-      PHEROMONE_TRY(writer, SnapshotWriter::Begin(header, folder));
+      parts.end_snapshots();
+      PHEROMONE_TRY(writer, SnapshotWriter::Begin(header, parts.folder));
       bytes = std::string_view(head).substr(journal::kSnapshotHeaderBytes);
     }
     return writer->Append(bytes);
@@ -80,10 +80,10 @@ void StateReceiver::OnPortion(const std::string& from, const StatePortion& porti
   offset_ += portion.bytes.size();
   const auto status = std::make_shared<Status>(Ok());
   parts_.aside(
-      [file = file_, status, folder = parts_.folder, least = least_, portion] {
-        *status = file->Write(folder, least, portion.bytes);
+      [file = file_, status, parts = parts_, least = least_, portion] {
+        *status = file->Write(parts, least, portion.bytes);
         if (status->ok() && portion.is_last) {
-          *status = file->End(folder);
+          *status = file->End(parts.folder);
         }
       },
       [this, file = file_, status, is_last = portion.is_last] {

@@ -15,7 +15,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "server/base/result.h"
@@ -32,6 +31,9 @@ class StateReceiver {
   struct Parts {
     journal::Folder* folder = nullptr;
     RunAside aside;
+    /// Aside, before a file is begun: returns when no other snapshot is made there any more. One of
+    /// a state that has diverged may have the same name.
+    std::function<void()> end_snapshots;
     std::function<void(const std::string& to, StateRequest request)> send;
     /// The sequence of the state's last event, when it is durable. Errors: why it is not; then
     /// Begin may be called again.

@@ -1,6 +1,5 @@
 #include "server/cluster/state_sender.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "server/store/journal/format.h"
@@ -63,7 +62,8 @@ void StateSender::Fill() {
           copy->is_begun = true;
           copy->source = freeze();
           if (copy->source == nullptr) {
-            copy->error = "its state is being copied for a snapshot or a recording";
+            copy->error =
+                "it has no state yet, or that is being copied for a snapshot or a recording";
             return;
           }
           copy->sequence = copy->source->header().sequence;

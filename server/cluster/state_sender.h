@@ -17,7 +17,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "server/cluster/peer_wire.h"
@@ -33,7 +32,7 @@ class StateSender {
   static constexpr uint64_t kPatienceMs = 5'000;  ///< until a transfer is given up
 
   struct Parts {
-    /// Aside. Null: another state is being copied.
+    /// Aside. Null: there is no state yet, or another one is being copied.
     std::function<std::unique_ptr<journal::StateSource>()> freeze;
     RunAside aside;
     std::function<void(const std::string& to, StatePortion portion)> send;

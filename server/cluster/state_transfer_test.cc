@@ -12,6 +12,7 @@
 #include "server/core/engine/testing/bench.h"
 #include "server/store/journal/format.h"
 #include "server/store/journal/snapshot.h"
+#include "server/store/journal/snapshot_writer.h"
 #include "server/store/journal/testing/crash_folder.h"
 
 namespace pheromone::cluster {
@@ -77,6 +78,7 @@ class StateTransferTest : public testing::Test {
   int portions_ = 0;
   int damaged_ = 0;
   std::optional<Result<uint64_t>> done_;
+  bool makes_own_ = true;  // snapshots
   StateSender sender_{{.freeze = [this]() -> std::unique_ptr<journal::StateSource> {
                          return is_busy_ ? nullptr
                                          : std::make_unique<journal::CopiedState>(
@@ -93,6 +95,11 @@ class StateTransferTest : public testing::Test {
   StateReceiver receiver_{
       {.folder = &folder_,
        .aside = at_once_,
+       .end_snapshots =
+           [this] {
+             makes_own_ = false;
+             ExpectNoFile();
+           },
        .send = [this](const std::string& /*to*/, StateRequest request) { request_ = request; },
        .done = [this](const Result<uint64_t>& sequence) { done_ = sequence; }}};
 };
@@ -113,6 +120,26 @@ TEST_F(StateTransferTest, AStateOfSeveralPortionsBecomesASnapshot) {
   for (const auto& [to, portion] : sent_) {
     EXPECT_TRUE(EncodePeerMessage(portion).ok());
   }
+}
+
+// In a divergence both states may be those after the same event, and so have the same name.
+TEST_F(StateTransferTest, AnOwnSnapshotOfTheSameEventIsNotInTheWay) {
+  Bench other;
+  while (other.sequence < bench_.sequence) {
+    other.Apply(engine::Advance{});
+  }
+  Begin();
+  Exchange(bench_.sequence);
+  if (makes_own_) {
+    journal::CopiedState state(other.engine, engine::Stamp{1, 1});
+    ASSERT_TRUE(journal::SnapshotWriter::Write(&state, &folder_).value()->GiveName().ok());
+  }
+  ASSERT_TRUE(done_.has_value());
+  ASSERT_TRUE(done_->ok()) << done_->error();
+  uint64_t byte = 0;
+  const auto read = journal::ReadSnapshot(folder_, journal::SnapshotName(bench_.sequence), &byte);
+  ASSERT_TRUE(read.ok()) << read.error();
+  EXPECT_EQ(read.value().engine.StateHash(), bench_.engine.StateHash());
 }
 
 TEST_F(StateTransferTest, TheLastPortionWaitsUntilAllEventsAreCommitted) {
@@ -170,7 +197,8 @@ TEST_F(StateTransferTest, AServerThatIsBusyOrSilentIsNotWaitedForForever) {
   Begin();
   Exchange(1'000);
   ASSERT_TRUE(done_.has_value());
-  EXPECT_EQ(done_->error(), "node a: its state is being copied for a snapshot or a recording");
+  EXPECT_EQ(done_->error(),
+            "node a: it has no state yet, or that is being copied for a snapshot or a recording");
   done_.reset();
   Begin();
   request_.reset();

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -281,6 +282,22 @@ TEST_F(ClusterSection, PortsOfTwoMachinesMayHaveTheSameName) {
                   HasSubstr("again, expected a value not used by link \"b\""))
           << on;
     }
+  }
+}
+
+// Each of two servers computes for how long it may send on the port that both have, and when.
+TEST_F(ClusterSection, LinksDifferIfTheirRateOrTheirNodesDo) {
+  const auto hash = [this](const std::string& keys) {
+    return LinksHash(
+        Parse(Good() + "[[link]]\nname = \"b\"\nkind = \"serial\"\n" + keys + '\n').value());
+  };
+  const std::string timing = "slot_ms = 5\nresponse_window_ms = 100\n";
+  const std::string port = timing + "port = \"/dev/ttyS0\"\n";
+  const uint64_t both = hash(port + "on = [\"b\", \"a\"]");
+  EXPECT_EQ(hash(timing + "port = \"/dev/ttyS1\"\non = [\"b\", \"a\"]"), both);
+  for (const char* keys :
+       {"", "on = [\"a\", \"b\"]", "on = [\"b\"]", "on = [\"b\", \"a\"]\nbaud = 19200"}) {
+    EXPECT_NE(hash(port + keys), both) << keys;
   }
 }
 

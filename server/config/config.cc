@@ -1,9 +1,10 @@
 #include "server/config/config.h"
 
 #include <utility>
-#include <vector>
 
+#include "server/base/fields.h"
 #include "server/base/file.h"
+#include "server/base/hash.h"
 #include "server/config/folders.h"
 #include "server/config/sections.h"
 
@@ -120,6 +121,14 @@ Result<Config> LoadConfigOrDefault(const std::string& path,
                                    const std::optional<Machine>& machine) {
   return path.empty() ? ParseConfig(DefaultConfigText(), "default configuration", folder, machine)
                       : LoadConfig(path, machine);
+}
+
+uint64_t LinksHash(const Config& config) {
+  uint64_t hash = HashFields(config.engine.links);
+  for (const links::LinkConfig& link : config.links) {
+    hash = HashStep(fields::HashInto(hash, link.on), link.baud);
+  }
+  return hash;
 }
 
 }  // namespace pheromone::config

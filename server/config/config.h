@@ -153,6 +153,10 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
                            const std::optional<std::filesystem::path>& folder = std::nullopt,
                            const std::optional<Machine>& machine = std::nullopt);
 
+/// Of what servers of a cluster must have in common: what a link's index means, and for how long
+/// which of those that share a port may send on it.
+uint64_t LinksHash(const Config& config);
+
 /// The default configuration, as a commented file.
 std::string_view DefaultConfigText();
 

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <optional>
-#include <random>
 #include <utility>
 #include <variant>
 
 #include <boost/asio/post.hpp>
 
+#include "server/base/format.h"
+#include "server/base/random.h"
 #include "server/cluster/etcd_log.h"
 #include "server/daemon/service_manager.h"
 
@@ -73,24 +73,26 @@ cluster::EtcdSettings EtcdSettingsOf(const config::ClusterSettings& settings,
   etcd.has_own_member = here != etcd.members.end();
   std::rotate(etcd.members.begin(), etcd.has_own_member ? here : etcd.members.begin(),
               etcd.has_own_member ? std::next(here) : etcd.members.begin());
-  std::random_device random;
-  etcd.new_id = id_to_found.empty() ? fmt::format("{:08x}{:08x}", random(), random()) : id_to_found;
-  etcd.on_member = [](const Endpoint& member, const Status& status) {
-    if (status.ok()) {
-      spdlog::info("cluster: etcd at {} responds again", ToText(member));
-    } else {
-      spdlog::warn("cluster: {}", status.error());
-    }
-  };
+  etcd.new_id = id_to_found.empty() ? HexText(Random64()) : id_to_found;
   return etcd;
+}
+
+void ReportEtcd(const Endpoint& member, const Status& status) {
+  if (status.ok()) {
+    spdlog::info("cluster: etcd at {} responds again", ToText(member));
+  } else {
+    spdlog::warn("cluster: {}", status.error());
+  }
 }
 
 }  // namespace
 
 std::unique_ptr<cluster::ReplicatedLog> MakeReplicatedLog(
     const boost::asio::any_io_executor& executor, const config::ClusterSettings& settings,
-    const std::string& id_to_found) {
-  return std::make_unique<cluster::EtcdLog>(executor, EtcdSettingsOf(settings, id_to_found));
+    const std::string& id_to_found, cluster::EtcdClient::OnMember on_member) {
+  cluster::EtcdSettings etcd = EtcdSettingsOf(settings, id_to_found);
+  etcd.on_member = std::move(on_member);
+  return std::make_unique<cluster::EtcdLog>(executor, std::move(etcd));
 }
 
 ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash,
@@ -102,19 +104,18 @@ ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t l
       log_(local_.log, {.last = local_.last,
                         .submitted = [this] { Wake(); },
                         .committed = [this] { uses_.committed(); }}) {
-  std::random_device random;
   cluster::PeersSettings peers;
   peers.own.versions.program = PHEROMONE_VERSION;
   peers.own.cluster = settings_.name;
   peers.own.node = settings_.node;
   peers.own.id = local_.founds ? "" : local_.id;
   peers.own.links_hash = links_hash;
-  peers.own.instance = uint64_t{random()} << 32 | random();
+  peers.own.instance = Random64();
   for (const auto& node : settings_.nodes) {
     peers.nodes.emplace(node.name, node.address);
   }
   peers.secret = settings_.secret;
-  peers.seed = random();
+  peers.seed = static_cast<uint32_t>(Random64());
   peers_ = std::make_unique<cluster::Peers>(
       io_.get_executor(), std::move(peers),
       cluster::PeersCallbacks{
@@ -134,7 +135,8 @@ ClusterMember::ClusterMember(const config::ClusterSettings& settings, uint64_t l
                 cluster_->OnDown(node);
               },
           .on_warning = [](const std::string& text) { spdlog::warn("cluster: {}", text); }});
-  replicated_ = MakeReplicatedLog(io_.get_executor(), settings_, local_.founds ? local_.id : "");
+  replicated_ =
+      MakeReplicatedLog(io_.get_executor(), settings_, local_.founds ? local_.id : "", ReportEtcd);
 }
 
 ClusterMember::~ClusterMember() {
@@ -179,6 +181,7 @@ Status ClusterMember::Start(Uses uses) {
                 });
               },
           .folder = local_.folder,
+          .end_snapshots = local_.end_snapshots,
           .warn = [](const std::string& text) { spdlog::error("cluster: {}", text); }});
   PHEROMONE_TRY_STATUS(peers_->Listen());
   boost::asio::post(io_, [this] { cluster_->Start(); });
@@ -378,6 +381,10 @@ control::ClusterView ClusterMember::View() const {
   return view;
 }
 
+void ClusterMember::EndForwarding() {
+  boost::asio::post(io_, [this] { cluster_->EndForwarding(); });
+}
+
 void ClusterMember::Stop() {
   if (!thread_.joinable()) {
     return;
@@ -392,6 +399,27 @@ void ClusterMember::Stop() {
   aside_.join();
   io_.restart();
   io_.poll();  // what was done aside is dropped while the service is there
+}
+
+std::unique_ptr<ClusterMember> MakeMember(const config::Config& config, JournalOwner* journal) {
+  if (!config.cluster) {
+    return nullptr;
+  }
+  const journal::Membership membership = journal->membership().Get();
+  ClusterMember::Local local;
+  local.log = journal->log();
+  local.last = journal->last_sequence();
+  local.folder = journal->files();
+  local.id = membership.id;
+  local.founds = membership.founds;
+  local.note_id = [journal, name = config.cluster->name](const std::string& id) {
+    return journal->membership().Note(name, id);
+  };
+  local.end_snapshots = [journal] {
+    journal->EndSnapshots("the state of another server of the cluster is taken in its place");
+  };
+  return std::make_unique<ClusterMember>(*config.cluster, config::LinksHash(config),
+                                         std::move(local));
 }
 
 }  // namespace pheromone::daemon

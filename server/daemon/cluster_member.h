@@ -1,12 +1,13 @@
 // One server of a cluster: the thread, sockets and timers around server/cluster.
 //
-//   ClusterMember member(settings, links_hash, {.log = journal->log(), ...});
-//   engine::Service service(member.log(), ...);
-//   Status begun = member.Start({.service = &service, ...});
-//   switch (member.AwaitBegin()) ...         // until this server leads or follows
+//   std::unique_ptr<ClusterMember> member = MakeMember(config, journal.get());
+//   engine::Service service(member->log(), ...);
+//   Status begun = member->Start({.service = &service, ...});
+//   switch (member->AwaitBegin()) ...         // until this server leads or follows
 //   ...
-//   member.HandOver();                       // an orderly stop: another server leads at once
-//   member.Stop();
+//   member->HandOver();                       // an orderly stop: another server leads at once
+//   member->EndForwarding();
+//   member->Stop();
 //
 // Thread-safe from Start to Stop, which one thread calls.
 #pragma once
@@ -32,20 +33,22 @@
 #include "server/base/result.h"
 #include "server/cluster/cluster.h"
 #include "server/cluster/cluster_log.h"
+#include "server/cluster/etcd_client.h"
 #include "server/cluster/peers.h"
 #include "server/cluster/replicated_log.h"
 #include "server/config/config.h"
 #include "server/core/engine/service/service.h"
+#include "server/daemon/journal_owner.h"
 #include "server/daemon/live_control.h"
 #include "server/store/journal/folder.h"
 #include "server/store/journal/snapshot_writer.h"
 
 namespace pheromone::daemon {
 
-/// The cluster's log, as this machine reaches it.
+/// The cluster's log, as this machine reaches it. `on_member`: of etcd.
 std::unique_ptr<cluster::ReplicatedLog> MakeReplicatedLog(
     const boost::asio::any_io_executor& executor, const config::ClusterSettings& settings,
-    const std::string& id_to_found = "");
+    const std::string& id_to_found = "", cluster::EtcdClient::OnMember on_member = nullptr);
 
 class ClusterMember {
  public:
@@ -58,6 +61,8 @@ class ClusterMember {
     bool founds = false;  ///< that log has to be empty, and begins after this journal
     /// The ID is known: it has to become durable.
     std::function<Status(const std::string& id)> note_id;
+    /// As cluster::StateReceiver.
+    std::function<void()> end_snapshots;
   };
   ClusterMember(const config::ClusterSettings& settings, uint64_t links_hash, Local local);
   ClusterMember(const ClusterMember&) = delete;
@@ -65,7 +70,6 @@ class ClusterMember {
   ~ClusterMember();
 
   engine::OrderedLog* log() { return &log_; }
-  const std::string& node() const { return settings_.node; }
 
   /// Outlive the member; called by its thread.
   struct Uses {
@@ -78,7 +82,7 @@ class ClusterMember {
                        std::function<void(cluster::OperatorResult)>)>
         change;
     std::function<std::vector<std::string>()> halt;  ///< halts the robots here
-    /// Any thread; null while another state is being copied.
+    /// Any thread; null while there is no state, or another one is being copied.
     std::function<std::unique_ptr<journal::StateSource>()> freeze;
   };
   /// Errors: the other servers cannot reach this one.
@@ -103,6 +107,9 @@ class ClusterMember {
   void HandOver();
   /// Whether the journal has, or will have, all that the service has applied.
   bool is_committed() const { return log_.DurableSequence() == log_.appended(); }
+  /// Answers operators who wait for another server, soon, and passes on nothing from then on.
+  void EndForwarding();
+  /// When nobody calls any more.
   void Stop();
 
  private:
@@ -140,5 +147,9 @@ class ClusterMember {
 
   std::map<std::string, std::set<std::string>> told_down_;  // the thread's: why there is no peer
 };
+
+/// Of the cluster that the configuration names; null: this server is alone. The journal outlives
+/// it.
+std::unique_ptr<ClusterMember> MakeMember(const config::Config& config, JournalOwner* journal);
 
 }  // namespace pheromone::daemon

@@ -1,6 +1,5 @@
 #include "server/daemon/daemon.h"
 
-#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -22,7 +21,6 @@
 #include "server/daemon/audit.h"
 #include "server/daemon/captures.h"
 #include "server/daemon/cluster_member.h"
-#include "server/daemon/describe.h"
 #include "server/daemon/field_saver.h"
 #include "server/daemon/http_front_end.h"
 #include "server/daemon/link_set.h"
@@ -32,6 +30,7 @@
 #include "server/daemon/service_manager.h"
 #include "server/daemon/signal_watch.h"
 #include "server/daemon/system_clock.h"
+#include "server/daemon/upkeep.h"
 #include "server/daemon/watchdog.h"
 #include "server/daemon/work_queue.h"
 #include "server/robots/links/link_router.h"
@@ -45,26 +44,10 @@ using std::chrono::milliseconds;
 // The engine processes due work in bounded steps. Other work is done between two of them, however
 // much is due.
 constexpr milliseconds kShortestTick{20};
-// The pause between two portions of a large change, or of released memory.
+// The pause between two portions of a large change.
 constexpr std::chrono::microseconds kBetweenPortions{200};
 // The same while snapshots do not keep up: about 200 000 nodes a second.
 constexpr std::chrono::microseconds kBetweenPortionsBehind{20'000};
-constexpr milliseconds kBetweenReleases{2};
-// The minimum interval between reports of the same problem.
-constexpr milliseconds kBetweenReports{1000};
-
-size_t CountRobots(const engine::Engine& engine) {
-  size_t count = 0;
-  engine.robots().ForEach([&count](auto&&...) { ++count; });
-  return count;
-}
-
-// Equal where a link's index means the same.
-uint64_t LinksHash(const config::Config& config) {
-  engine::EngineConfig links;
-  links.links = config.engine.links;
-  return engine::FiguresOf(links).hash;
-}
 
 }  // namespace
 
@@ -77,10 +60,8 @@ class Daemon::Impl {
                   .reload = [this] { ReloadSoon(); },
                   .save = [this] { SaveSoon(); }}),
         ticker_(strand_),
-        reporter_(strand_),
-        releaser_(strand_),
         journal_(std::move(journal)),
-        member_(MakeMember(config)),
+        member_(MakeMember(config, journal_.get())),
         service_(
             log(), [] { return ReadSystemClocks(); },
             member_ != nullptr ? journal_->last_ms() : journal_->start_ms(),
@@ -119,7 +100,13 @@ class Daemon::Impl {
         edits_({.name = "an edit"}),
         operations_({.name = "an operation"}),
         audit_(&control_, journal_->folder()),
-        front_end_(&control_, config_.Get().control, config_.Get().web) {
+        front_end_(&control_, config_.control(), config_.Web()),
+        upkeep_(strand_, {.service = &service_,
+                          .journal = journal_.get(),
+                          .links = &links_,
+                          .control = &control_,
+                          .operations = &operations_,
+                          .is_member = member_ != nullptr}) {
     service_.OnPortion([this](std::span<const engine::Outgoing> out) {
       router_.Deliver({out.begin(), out.end()});
       std::this_thread::sleep_for(journal_->IsBehind() ? kBetweenPortionsBehind : kBetweenPortions);
@@ -152,7 +139,7 @@ class Daemon::Impl {
     has_begun_ = true;
     (void)control_.TellRefusals();  // those of before the start were told then
     boost::asio::post(strand_, [this] { Tick(); });
-    ReportTrouble();
+    upkeep_.Start();
     if (member_ == nullptr) {
       signals_.Start();
     }
@@ -177,15 +164,18 @@ class Daemon::Impl {
     operations_.Close();
     edits_.Close();
     if (member_ != nullptr) {
-      member_->Stop();  // answers operators whom the front end waits for
+      member_->EndForwarding();  // the front end waits for its operators
     }
     control_.Stop();
     front_end_.Close();
+    if (member_ != nullptr) {
+      member_->Stop();  // not before: operators still may halt the robots of all servers
+    }
     captures_.Finish();
     // A failed start must not replace the file saved by an earlier run.
     const bool saved = !started || must_restart_ || saver_.SaveAtEnd();
     const bool kept = EndJournal();
-    Summarise();
+    upkeep_.Summarise();
     signals_.End();
     return started && saved && kept && !must_restart_ ? 0 : 1;
   }
@@ -207,13 +197,13 @@ class Daemon::Impl {
         return !stopping_;
       }
     }
-    const bool begins_epoch = journal_->membership().new_epoch;
+    const bool begins_epoch = journal_->membership().Get().new_epoch;
     const Status configured =
         config_.TakeAtStart(begins_epoch || (member_ == nullptr && journal_->state_lost()));
     if (configured.ok() && begins_epoch) {
       (void)log()->WhenDurable(
           service_.Inspect([](const engine::Engine& engine) { return engine.sequence(); }),
-          [this] { (void)operations_.Add([this] { journal_->EndNewEpoch(); }); });
+          [this] { (void)operations_.Add([this] { journal_->membership().EndNewEpoch(); }); });
     }
     if (!configured.ok()) {
       spdlog::critical("{}", configured.error());
@@ -230,23 +220,6 @@ class Daemon::Impl {
       }
     }
     return configured.ok();
-  }
-
-  std::unique_ptr<ClusterMember> MakeMember(const config::Config& config) const {
-    if (!config.cluster) {
-      return nullptr;
-    }
-    const journal::Membership membership = journal_->membership();
-    const auto note_id = [this, name = config.cluster->name](const std::string& id) {
-      return journal_->NoteMembership(name, id);
-    };
-    return std::make_unique<ClusterMember>(*config.cluster, LinksHash(config),
-                                           ClusterMember::Local{.log = journal_->log(),
-                                                                .last = journal_->last_sequence(),
-                                                                .folder = journal_->files(),
-                                                                .id = membership.id,
-                                                                .founds = membership.founds,
-                                                                .note_id = note_id});
   }
 
   engine::OrderedLog* log() { return member_ != nullptr ? member_->log() : journal_->log(); }
@@ -327,18 +300,11 @@ class Daemon::Impl {
   uint64_t FieldTime() { return service_.FieldTimeInside(); }
 
   void BeReady() {
-    told_ = DescribeState();
-    service_manager::Ready(told_);
+    upkeep_.BeReady();
     if (const auto interval = service_manager::AliveInterval()) {
       watchdog_ = std::make_unique<Watchdog>(strand_, &service_, *interval, service_manager::Alive);
       watchdog_->Start();
     }
-  }
-
-  std::string DescribeState() const {
-    const size_t robots = service_.Inspect([](const auto& engine) { return CountRobots(engine); });
-    return fmt::format("{} of {} links up, robots {}", links_.CountUp(), links_.links().size(),
-                       robots);
   }
 
   // A stuck log must not block the signal thread: everything else is posted.
@@ -391,7 +357,7 @@ class Daemon::Impl {
         spdlog::error("cluster: the server that leads did not read its configuration again: {}",
                       notes.error());
       }
-      boost::asio::post(strand_, [this] { service_manager::Ready(DescribeState()); });
+      boost::asio::post(strand_, [this] { service_manager::Ready(upkeep_.DescribeState()); });
     });
   }
 
@@ -411,12 +377,12 @@ class Daemon::Impl {
     auto outcome = config_.ReadAgain();
     if (outcome.ok()) {
       control_.TellConfigured();
-      if (const auto certificate = config_.Get().web.tls) {
+      if (const auto certificate = config_.Web().tls) {
         front_end_.SetCertificate(*certificate);
       }
     }
     if (!stopping_) {
-      service_manager::Ready(DescribeState());
+      service_manager::Ready(upkeep_.DescribeState());
     }
     return outcome;
   }
@@ -439,8 +405,7 @@ class Daemon::Impl {
       watchdog_->Stop();
     }
     ticker_.cancel();
-    reporter_.cancel();
-    releaser_.cancel();
+    upkeep_.Stop();
     links_.Stop();
   }
 
@@ -464,112 +429,10 @@ class Daemon::Impl {
     });
   }
 
-  // At most once for each second in which its count has increased.
-  void ReportTrouble() {
-    reporter_.expires_after(kBetweenReports);
-    reporter_.async_wait([this](const boost::system::error_code& error) {
-      if (error || stopping_) {
-        return;
-      }
-      journal_->ReportStall();
-      NoteClock();
-      control_.SampleLinks();
-      control_.TellWhatChanged();
-      for (const std::string& refusal : control_.TellRefusals()) {
-        spdlog::warn("{}", refusal);
-      }
-      std::string trouble = DescribeTrouble(Counters());
-      if (trouble != trouble_) {
-        trouble_ = std::move(trouble);
-        spdlog::warn("so far: {}", trouble_);
-      }
-      ReportFieldTime();
-      ReleaseMemory();
-      if (std::string state = DescribeState(); state != told_) {
-        told_ = std::move(state);
-        service_manager::Tell(told_);
-      }
-      ReportTrouble();
-    });
-  }
-
-  // Memory released by the map is returned to the system in portions, and finally the unused memory
-  // of the heap.
-  void ReleaseMemory() {
-    if (releasing_) {
-      return;
-    }
-    releasing_ = service_.ReleaseMemory();
-    if (releasing_) {
-      ReleaseMore();
-    }
-  }
-
-  void ReleaseMore() {
-    releaser_.expires_after(kBetweenReleases);
-    releaser_.async_wait([this](const boost::system::error_code& error) {
-      if (error || stopping_) {
-        return;
-      }
-      if (service_.ReleaseMemory()) {
-        ReleaseMore();
-      } else {
-        releasing_ = false;
-        (void)operations_.Add([] { malloc_trim(0); });  // if there is no room, the next time
-      }
-    });
-  }
-
-  // Of a cluster: what field time is by this machine's clock.
-  void NoteClock() {
-    if (member_ == nullptr) {
-      return;
-    }
-    const uint64_t field_ms =
-        service_.Inspect([this](const engine::Engine& /*engine*/) { return FieldTime(); });
-    const int64_t utc_ms = ReadSystemClocks().utc_ms;
-    if (!journal_->IsClockNoted(field_ms, utc_ms)) {
-      (void)operations_.Add([this, field_ms, utc_ms] { journal_->NoteClock(field_ms, utc_ms); });
-    }
-  }
-
-  // Once, when it happens.
-  void ReportFieldTime() {
-    const std::string trouble = TroubleWithFieldTime(
-        service_.Inspect([this](const engine::Engine& /*engine*/) { return FieldTime(); }));
-    if (!trouble.empty() && !told_of_field_time_) {
-      spdlog::error("{}", trouble);
-    }
-    told_of_field_time_ = !trouble.empty();
-  }
-
-  engine::RobotCounters Counters() const {
-    return service_.Inspect([](const engine::Engine& engine) { return engine.counters(); });
-  }
-
-  void Summarise() const {
-    for (const std::string& line : DescribeCounters(service_.counters())) {
-      spdlog::info("{}", line);
-    }
-    if (const std::string trouble = DescribeTrouble(Counters()); !trouble.empty()) {
-      spdlog::info("{}", trouble);
-    }
-    links_.Summarise();
-    const auto [robots, time_ms] = service_.Inspect([](const engine::Engine& engine) {
-      return std::pair(CountRobots(engine), engine.field_time_ms());
-    });
-    spdlog::info("robots {}, last change at field time {} ms, state hash {:016x}", robots, time_ms,
-                 service_.StateHash());
-    spdlog::info("stopped");
-  }
-
   boost::asio::io_context io_;
   boost::asio::strand<boost::asio::io_context::executor_type> strand_;
   SignalWatch signals_;
   boost::asio::steady_timer ticker_;
-  boost::asio::steady_timer reporter_;
-  boost::asio::steady_timer releaser_;
-  bool releasing_ = false;
   bool follows_at_start_ = false;
   std::atomic<bool> has_begun_{false};  // the state is there: it may be reread and saved
   std::atomic<bool> must_restart_{false};
@@ -590,9 +453,7 @@ class Daemon::Impl {
   WorkQueue operations_;  // long requests of signals and operators
   Audit audit_;
   HttpFrontEnd front_end_;
-  std::string trouble_;
-  bool told_of_field_time_ = false;
-  std::string told_;  // the service manager
+  Upkeep upkeep_;
   std::atomic<bool> stopping_{false};
 };
 

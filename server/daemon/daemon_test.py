@@ -20,6 +20,19 @@ import running_daemon
 from running_daemon import CONFIG, DaemonTest, ECHO, PATIENCE_S, PING, PTY, ask, frame
 
 
+def read_log(log, until=None):
+    """Up to this text, or to its end."""
+    found = b""
+    while until is None or until not in found:
+        if not select.select([log], [], [], PATIENCE_S)[0]:
+            raise AssertionError(f"nothing more for {PATIENCE_S} s after {found[-200:]!r}")
+        more = log.read(4096)
+        if not more:
+            break
+        found += more
+    return found
+
+
 class ProgramTest(DaemonTest):
     def test_check_accepts_a_good_file(self):
         result = self.call("--check", "--config", "test.toml")
@@ -183,9 +196,7 @@ class ProgramTest(DaemonTest):
         self.addCleanup(process.kill)
         reader = open(reading, "rb", buffering=0)
         self.addCleanup(reader.close)
-        log = b""
-        while b"ready" not in log:
-            log += reader.read(4096)
+        read_log(reader, b"ready")
         os.set_blocking(writing, False)
         with self.assertRaises(BlockingIOError):
             while True:
@@ -216,12 +227,10 @@ class ProgramTest(DaemonTest):
                 control.sendall(b"POST /api/v1/reload HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\n"
                                 b"Connection: close\r\n\r\n")
                 self.assertIn(b" 200 OK\r\n", control.recv(4096))
-        log = b""
-        while b"lines of the log are missing here" not in log:
-            log += reader.read(4096)
+        missing = b"lines of the log are missing here"
+        self.assertIn(missing, read_log(reader, missing))
         process.send_signal(signal.SIGTERM)
-        while more := reader.read(4096):
-            log += more
+        log = read_log(reader)
         self.assertEqual(process.wait(PATIENCE_S), 0)
         self.assertTrue(log.endswith(b"stopped\n"), log[-200:])
 

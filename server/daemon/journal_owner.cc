@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "server/config/folders.h"
-#include "server/core/engine/service/field_clock.h"
 #include "server/daemon/service_manager.h"
 #include "server/daemon/system_clock.h"
 #include "server/store/journal/open.h"
@@ -20,7 +19,6 @@ constexpr uint64_t kStalledUs = 1'000'000;          // after this time it is rep
 constexpr uint64_t kBetweenReportsUs = 10'000'000;  // while it lasts
 
 constexpr uint64_t kBetweenProgressUs = 5'000'000;
-constexpr int64_t kClockSlackMs = 1'000;  // that a note of the clock may be off
 constexpr int kAttempts = 3;  // to copy a state that changes faster than it can be copied
 constexpr std::chrono::milliseconds kBetweenFreezes{100};
 
@@ -79,6 +77,7 @@ journal::JournalSettings SettingsOf(const config::JournalConfig& config) {
 JournalOwner::JournalOwner(const config::JournalConfig& config, bool is_member)
     : config_(config),
       is_member_(is_member),
+      membership_(is_member),
       folder_name_(config::JournalFolder(config, std::getenv("STATE_DIRECTORY"))) {}
 
 JournalOwner::~JournalOwner() {
@@ -102,7 +101,7 @@ Result<std::unique_ptr<JournalOwner>> JournalOwner::Open(const config::JournalCo
 Status JournalOwner::OpenFolder() {
   PHEROMONE_TRY(folder_,
                 journal::PosixFolder::Open(folder_name_, journal::PosixFolder::Mode::kOwner));
-  PHEROMONE_TRY(membership_, journal::ReadMembership(*folder_));
+  PHEROMONE_TRY_STATUS(membership_.Read(folder_.get()));
   RecoveryReport report(folder_name_);
   auto opened =
       journal::OpenJournal(folder_.get(), SettingsOf(config_), SteadyMicroseconds, TellOfJournal,
@@ -111,13 +110,14 @@ Status JournalOwner::OpenFolder() {
     return opened.error();
   }
   journal::Opened& found = opened.value();
-  if (is_member_ && found.state_lost) {
-    std::erase_if(found.report,
-                  [](const std::string& line) { return line.starts_with("acknowledged changes"); });
-    found.report.emplace_back("changes may be missing here; the cluster's log has them");
-  }
   for (const std::string& line : found.report) {
     spdlog::warn("journal: {}", line);
+  }
+  if (found.state_lost) {
+    spdlog::warn("journal: {}",
+                 is_member_ ? "changes may be missing here; the cluster's log has them"
+                            : "acknowledged changes may be missing; a new epoch begins and robots "
+                              "must send HELLO again");
   }
   journal_ = std::move(found.journal);
   engine_ = std::move(found.engine);
@@ -127,7 +127,8 @@ Status JournalOwner::OpenFolder() {
   } else {
     last_ms_ = found.stamp.field_time_ms;
     last_sequence_ = engine_.sequence();
-    FindStart(found.stamp);
+    start_ms_ =
+        membership_.StartMs(found.stamp, ReadSystemClocks().utc_ms, config_.evaporate_while_down);
     spdlog::info("journal: {} resumed after sequence {}, {} s of field time later", folder_name_,
                  engine_.sequence(), (start_ms_ - found.stamp.field_time_ms) / 1000);
   }
@@ -138,104 +139,6 @@ Status JournalOwner::OpenFolder() {
         config_.sync_interval_ms);
   }
   return Ok();
-}
-
-// A cluster's events may have the UTC of another machine, which is not to be compared with this
-// one's.
-void JournalOwner::FindStart(const engine::Stamp& last) {
-  const int64_t utc_ms = ReadSystemClocks().utc_ms;
-  if (!membership_) {
-    start_ms_ = is_member_
-                    ? last.field_time_ms
-                    : engine::FieldClock::ResumeAt(last, utc_ms, config_.evaporate_while_down);
-    return;
-  }
-  const engine::Stamp own{last.field_time_ms, membership_->field_less_utc_ms
-                                                  ? static_cast<int64_t>(last.field_time_ms) -
-                                                        *membership_->field_less_utc_ms
-                                                  : utc_ms};
-  start_ms_ = engine::FieldClock::ResumeAt(own, utc_ms, config_.evaporate_while_down);
-}
-
-std::string JournalOwner::WhyNotFor(const std::string& cluster) const {
-  const journal::Membership its = membership();
-  const std::string begin = fmt::format(
-      "to begin the cluster anew with this map, pheromonectl cluster reset --name {} {}", cluster,
-      folder_name_);
-  if (cluster.empty()) {
-    return its.cluster.empty()
-               ? ""
-               : fmt::format(
-                     "{} is the journal of a server of cluster \"{}\", expected a configuration "
-                     "with [cluster]; to go on alone with this map, in a new epoch: pheromonectl "
-                     "cluster leave --new-epoch {}",
-                     folder_name_, its.cluster, folder_name_);
-  }
-  if (its.cluster == cluster || (its.cluster.empty() && last_sequence_ == 0)) {
-    return "";
-  }
-  return fmt::format(
-      "{} has a map that is {}, expected one of cluster \"{}\" or an empty folder; to join it, "
-      "move the folder away; {}",
-      folder_name_,
-      its.cluster.empty() ? "of no cluster" : fmt::format("of cluster \"{}\"", its.cluster),
-      cluster, begin);
-}
-
-journal::Membership JournalOwner::membership() const {
-  const std::lock_guard lock(membership_mutex_);
-  return membership_.value_or(journal::Membership());
-}
-
-// Under the mutex.
-Status JournalOwner::Change(const journal::Membership& membership) {
-  PHEROMONE_TRY_STATUS(journal::WriteMembership(membership, folder_.get()));
-  membership_ = membership;
-  return Ok();
-}
-
-Status JournalOwner::NoteMembership(const std::string& cluster, const std::string& id) {
-  const std::lock_guard lock(membership_mutex_);
-  journal::Membership its = membership_.value_or(journal::Membership());
-  its.cluster = cluster;
-  its.id = id;
-  its.founds = false;
-  return Change(its);
-}
-
-void JournalOwner::EndNewEpoch() {
-  const std::lock_guard lock(membership_mutex_);
-  Status ended = Ok();
-  if (is_member_) {
-    journal::Membership its = *membership_;
-    its.new_epoch = false;
-    ended = Change(its);
-  } else {
-    ended = journal::RemoveMembership(folder_.get());
-    membership_.reset();
-  }
-  if (!ended.ok()) {
-    spdlog::error("journal: the next start begins an epoch again: {}", ended.error());
-  }
-}
-
-bool JournalOwner::IsClockNoted(uint64_t field_ms, int64_t utc_ms) const {
-  const std::unique_lock lock(membership_mutex_, std::try_to_lock);
-  if (!lock || !membership_) {
-    return true;  // it is being written, which may take long; or there is nothing to add it to
-  }
-  const int64_t now = static_cast<int64_t>(field_ms) - utc_ms;
-  return membership_->field_less_utc_ms &&
-         std::abs(now - *membership_->field_less_utc_ms) < kClockSlackMs;
-}
-
-void JournalOwner::NoteClock(uint64_t field_ms, int64_t utc_ms) {
-  const std::lock_guard lock(membership_mutex_);
-  journal::Membership its = *membership_;
-  its.field_less_utc_ms = static_cast<int64_t>(field_ms) - utc_ms;
-  if (const Status noted = Change(its); !noted.ok()) {
-    spdlog::error("journal: {}", noted.error());
-  }
 }
 
 engine::OrderedLog* JournalOwner::log() {
@@ -263,8 +166,8 @@ void JournalOwner::Snapshot(SnapshotDone done) {
     const std::lock_guard lock(mutex_);
     if (journal_ == nullptr) {
       refusal = "no journal is kept, so no snapshot can be made";
-    } else if (stopping_) {
-      refusal = "the server is stopping";
+    } else if (!no_more_.empty()) {
+      refusal = no_more_;
     } else if (asked_.size() >= kMaxSnapshotWaiters) {
       refusal = std::to_string(asked_.size()) + " requests for a snapshot are already pending";
     } else {
@@ -280,15 +183,17 @@ void JournalOwner::MakeSnapshots() {
   for (;;) {
     std::vector<SnapshotDone> asked;
     bool stopping = false;
+    Result<std::string> made = Error{""};
     {
       std::unique_lock lock(mutex_);
       wake_.wait(lock, [this] { return stopping_ || snapshot_due_ || !asked_.empty(); });
       stopping = stopping_;
       snapshot_due_ = false;
       asked.swap(asked_);
+      is_making_ = no_more_.empty();
+      made = Error{no_more_};
     }
-    Result<std::string> made = Error{"the server is stopping"};
-    if (!stopping) {
+    if (is_making_) {
       journal_->SnapshotBegins();
       {
         const std::lock_guard lock(mutex_);
@@ -296,11 +201,14 @@ void JournalOwner::MakeSnapshots() {
       }
       made = MakeSnapshot();
       journal_->SnapshotEnds(made.ok());
+      const std::lock_guard lock(mutex_);
+      is_making_ = false;
+      wake_.notify_all();
     }
     if (made.ok()) {
       spdlog::log(asked.empty() ? spdlog::level::debug : spdlog::level::info,
                   "journal: snapshot {}", made.value());
-    } else if (!stopping) {
+    } else if (WhyNoMore().empty()) {
       spdlog::error("journal: no snapshot was made: {}", made.error());
     }
     for (const SnapshotDone& done : asked) {
@@ -319,13 +227,13 @@ std::unique_ptr<journal::StateSource> JournalOwner::FreezeWhenPossible() {
       return state;
     }
     std::unique_lock lock(mutex_);
-    if (wake_.wait_for(lock, kBetweenFreezes, [this] { return stopping_; })) {
+    if (wake_.wait_for(lock, kBetweenFreezes, [this] { return !no_more_.empty(); })) {
       return nullptr;
     }
   }
 }
 
-// False if the server stops first.
+// False if no more snapshots are made first.
 bool JournalOwner::AwaitDisk(uint64_t sequence) {
   journal_->WhenOnDisk(sequence, [this, sequence] {
     const std::lock_guard lock(mutex_);
@@ -333,8 +241,22 @@ bool JournalOwner::AwaitDisk(uint64_t sequence) {
     wake_.notify_all();
   });
   std::unique_lock lock(mutex_);
-  wake_.wait(lock, [&] { return stopping_ || on_disk_ >= sequence; });
+  wake_.wait(lock, [&] { return !no_more_.empty() || on_disk_ >= sequence; });
   return on_disk_ >= sequence;
+}
+
+std::string JournalOwner::WhyNoMore() {
+  const std::lock_guard lock(mutex_);
+  return no_more_;
+}
+
+void JournalOwner::EndSnapshots(const std::string& why) {
+  std::unique_lock lock(mutex_);
+  if (no_more_.empty()) {
+    no_more_ = why;
+  }
+  wake_.notify_all();
+  wake_.wait(lock, [this] { return !is_making_; });
 }
 
 Result<std::string> JournalOwner::MakeSnapshot() {
@@ -343,7 +265,7 @@ Result<std::string> JournalOwner::MakeSnapshot() {
   for (int attempt = 0; attempt < kAttempts && is_to_try; ++attempt) {
     const std::unique_ptr<journal::StateSource> state = FreezeWhenPossible();
     if (state == nullptr) {
-      return Error{"the server is stopping"};
+      return Error{WhyNoMore()};
     }
     written = journal::SnapshotWriter::Write(state.get(), folder_.get());
     is_to_try = !written.ok() && state->ShouldTryAgain();
@@ -353,7 +275,7 @@ Result<std::string> JournalOwner::MakeSnapshot() {
   }
   journal::SnapshotWriter& snapshot = *written.value();
   if (!AwaitDisk(snapshot.sequence())) {
-    return Error{"the server is stopping"};
+    return Error{WhyNoMore()};
   }
   PHEROMONE_TRY_STATUS(snapshot.GiveName());
   const Result<uint64_t> removed =
@@ -371,6 +293,7 @@ void JournalOwner::EndThreads() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    no_more_ = "the server is stopping";
     wake_.notify_all();
   }
   for (std::thread* thread : {&writer_, &snapshot_maker_}) {
@@ -409,10 +332,6 @@ void JournalOwner::ReportStall() {
     spdlog::info("journal: {}: the disk responds again", folder_name_);
     stalled_us_ = 0;
   }
-}
-
-std::optional<journal::JournalStatus> JournalOwner::status() const {
-  return journal_ != nullptr ? std::optional(journal_->status()) : std::nullopt;
 }
 
 }  // namespace pheromone::daemon

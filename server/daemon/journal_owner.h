@@ -11,8 +11,8 @@
 //   ...
 //   journal->Stop(service.StateHash());
 //
-// Findings and errors are logged. One thread, except for Snapshot and status, which any thread may
-// call.
+// Findings and errors are logged. One thread, except for Snapshot and EndSnapshots, which any
+// thread may call.
 #pragma once
 
 #include <condition_variable>
@@ -29,8 +29,8 @@
 #include "server/config/config.h"
 #include "server/core/engine/engine.h"
 #include "server/core/engine/service/ordered_log.h"
+#include "server/daemon/membership_keeper.h"
 #include "server/store/journal/local_journal.h"
-#include "server/store/journal/membership.h"
 #include "server/store/journal/posix_folder.h"
 #include "server/store/journal/snapshot_writer.h"
 
@@ -58,18 +58,11 @@ class JournalOwner {
   /// Whether acknowledged changes may be missing.
   bool state_lost() const { return state_lost_; }
 
-  /// Why a server must not go on from this journal, with the way out, if it is one of that cluster
-  /// (empty: alone); empty: it may.
-  std::string WhyNotFor(const std::string& cluster) const;
-  /// To which cluster it belongs; an empty one: to none. Any thread, as those that change it, which
-  /// wait for the disk.
-  journal::Membership membership() const;
-  Status NoteMembership(const std::string& cluster, const std::string& id);
-  /// The epoch that Membership::new_epoch asked for was begun.
-  void EndNewEpoch();
-  /// Keeps what field time was by this machine's clock, if it is not as it was.
-  bool IsClockNoted(uint64_t field_ms, int64_t utc_ms) const;
-  void NoteClock(uint64_t field_ms, int64_t utc_ms);
+  /// As MembershipKeeper.
+  std::string WhyNotFor(const std::string& cluster) const {
+    return membership_.WhyNotFor(cluster, last_sequence_ == 0);
+  }
+  MembershipKeeper& membership() { return membership_; }
 
   /// Where a snapshot may be put; null: nothing is kept.
   journal::Folder* files() { return folder_.get(); }
@@ -94,15 +87,15 @@ class JournalOwner {
   /// directly if there is no journal or too many requests wait, and not at all while the disk is
   /// stuck. Errors: why no snapshot was made.
   void Snapshot(SnapshotDone done);
+  /// Returns when none is being made, and none will be: requests are refused with this reason. Any
+  /// thread but the journal's.
+  void EndSnapshots(const std::string& why);
   /// Logs when the disk stops responding and when it responds again; to be called each second, by
   /// one thread.
   void ReportStall();
 
   /// As LocalJournal::IsBehind; any thread.
   bool IsBehind() const { return journal_ != nullptr && journal_->IsBehind(); }
-
-  /// Nothing if nothing is kept.
-  std::optional<journal::JournalStatus> status() const;
 
  private:
   JournalOwner(const config::JournalConfig& config, bool is_member);
@@ -112,13 +105,12 @@ class JournalOwner {
   Result<std::string> MakeSnapshot();
   std::unique_ptr<journal::StateSource> FreezeWhenPossible();
   bool AwaitDisk(uint64_t sequence);
+  std::string WhyNoMore();
   void EndThreads();
-
-  void FindStart(const engine::Stamp& last);
-  Status Change(const journal::Membership& membership);
 
   const config::JournalConfig config_;
   const bool is_member_;
+  MembershipKeeper membership_;
   const std::string folder_name_;
   engine::VolatileLog volatile_log_;
   std::unique_ptr<journal::PosixFolder> folder_;
@@ -128,8 +120,6 @@ class JournalOwner {
   uint64_t last_ms_ = 0;
   uint64_t last_sequence_ = 0;
   bool state_lost_ = false;
-  mutable std::mutex membership_mutex_;
-  std::optional<journal::Membership> membership_;  // under it; empty: there is no file
 
   uint64_t stalled_us_ = 0;  // as last reported; 0: not stalled
   Freeze freeze_;
@@ -141,6 +131,8 @@ class JournalOwner {
   bool snapshot_due_ = false;
   std::vector<SnapshotDone> asked_;  // for the next snapshot
   uint64_t on_disk_ = 0;             // the log, as far as a snapshot waited for it
+  bool is_making_ = false;           // a snapshot
+  std::string no_more_;              // why no snapshots are made any more; empty: they are
   bool stopping_ = false;
 };
 

@@ -13,6 +13,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
+#include "server/base/random.h"
 #include "server/daemon/cluster_member.h"
 #include "server/daemon/describe.h"
 #include "server/daemon/make_link.h"
@@ -87,8 +88,7 @@ LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
     trackers_.push_back(MakeTracker(io, tracker, config.datum, service, log, {.seed = random()}));
   }
   if (!shared.empty()) {
-    const uint64_t process = uint64_t{random()} << 32 | random();
-    leases_ = std::make_unique<LinkLeases>(node, process, std::move(shared),
+    leases_ = std::make_unique<LinkLeases>(node, Random64(), std::move(shared),
                                            [&config](const boost::asio::any_io_executor& executor) {
                                              return MakeReplicatedLog(executor, *config.cluster);
                                            });

@@ -57,10 +57,11 @@ LiveConfig::LiveConfig(config::Config config, Reload reload, engine::Service* se
     : reload_(std::move(reload)),
       service_(service),
       captures_(captures),
-      config_(std::move(config)) {}
+      config_(std::move(config)),
+      engine_(std::exchange(config_.engine, {})) {}
 
 Status LiveConfig::TakeAtStart(bool state_lost) {
-  PHEROMONE_TRY_STATUS(Configure(config_.engine, state_lost));
+  PHEROMONE_TRY_STATUS(Configure(engine_, state_lost));
   Tell(config_.warnings);
   return Ok();
 }
@@ -77,10 +78,11 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
     spdlog::warn("{}", note);
   }
   // Links are identified by their position among those at the start.
-  next.engine.links = config_.engine.links;
-  const auto configured = Configure(next.engine, false);
+  next.engine.links = engine_->links;
+  const engine::SharedConfig read(std::move(next.engine));
+  const auto configured = Configure(read, false);
   if (!configured.ok()) {
-    const bool is_other_map = next.engine.field.map != config_.engine.field.map;
+    const bool is_other_map = read->field.map != engine_->field.map;
     const Error error{configured.error() +
                       (is_other_map
                            ? "; a running server keeps its map: restart it, with a journal after "
@@ -91,7 +93,7 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   }
   {
     const std::lock_guard lock(mutex_);
-    config_.engine = next.engine;
+    engine_ = read;
     if (next.web.tls && config_.web.tls) {
       config_.web.tls = next.web.tls;
     }
@@ -146,10 +148,10 @@ engine::SharedConfig LiveConfig::InEffect() const {
     return it.configured() ? std::optional(it.shared_config()) : std::nullopt;
   });
   const std::lock_guard lock(mutex_);
-  return in_effect ? *in_effect : engine::SharedConfig(config_.engine);
+  return in_effect ? *in_effect : engine_;
 }
 
-Result<engine::Service::Configured> LiveConfig::Configure(const engine::EngineConfig& config,
+Result<engine::Service::Configured> LiveConfig::Configure(const engine::SharedConfig& config,
                                                           bool state_lost) {
   const uint16_t epoch = service_->Inspect([](const auto& engine) { return engine.epoch(); });
   return service_->Configure(config, RandomEpoch(epoch), state_lost);
@@ -160,7 +162,7 @@ void LiveConfig::Tell(const std::vector<config::Warning>& warnings) const {
   for (const config::Warning& warning : warnings) {
     spdlog::log(warning.urgent ? spdlog::level::warn : spdlog::level::debug, "{}", warning.text);
   }
-  for (const std::string& line : config::DescribeConfig(config_)) {
+  for (const std::string& line : config::DescribeConfig(Get())) {
     spdlog::info("{}", line);
   }
 }

@@ -6,8 +6,8 @@
 //   const auto notes = config.ReadAgain();      // SIGHUP
 //
 // Changes of the map take effect if they are compatible with the present map, and so does another
-// certificate; the rest requires a restart. Changes and errors are logged. Get may be called from
-// any thread; the other functions by one at a time.
+// certificate; the rest requires a restart. Changes and errors are logged. Get, Web and AsRead may
+// be called from any thread; the other functions by one at a time.
 #pragma once
 
 #include <cstdint>
@@ -41,20 +41,25 @@ class LiveConfig {
   /// Changes the law of a pheromone until the configuration is read again (Control::ChangeTau).
   Status ChangeTau(uint8_t type, int64_t tau_ms);
 
-  /// The one in effect. Not under the service's lock.
+  /// The one in effect, copied as a whole. Not under the service's lock.
   config::Config Get() const;
+  config::WebSettings Web() const {
+    const std::lock_guard lock(mutex_);
+    return config_.web;
+  }
   /// The engine's part of what was read last.
   engine::SharedConfig AsRead() const {
     const std::lock_guard lock(mutex_);
-    return config_.engine;
+    return engine_;
   }
 
   /// As at the start, since changes require a restart. Any thread.
   const std::vector<links::LinkConfig>& links() const { return config_.links; }
+  const config::ControlSettings& control() const { return config_.control; }
 
  private:
   engine::SharedConfig InEffect() const;
-  Result<engine::Service::Configured> Configure(const engine::EngineConfig& config,
+  Result<engine::Service::Configured> Configure(const engine::SharedConfig& config,
                                                 bool state_lost);
   void Tell(const std::vector<config::Warning>& warnings) const;
 
@@ -62,7 +67,8 @@ class LiveConfig {
   engine::Service* const service_;
   Captures* const captures_;
   mutable std::mutex mutex_;  // of what others get
-  config::Config config_;
+  config::Config config_;     // without the engine's part
+  engine::SharedConfig engine_;
 };
 
 }  // namespace pheromone::daemon

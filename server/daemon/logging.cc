@@ -50,9 +50,9 @@ using Terminal = spdlog::sinks::ansicolor_sink<spdlog::details::console_mutex>;
 
 // Tells of lines that were dropped before the next one that is written. Called by the pool's
 // thread, which ends before the pool.
-class LossTeller : public Terminal {
+class LossReporter : public Terminal {
  public:
-  explicit LossTeller(spdlog::details::thread_pool* pool)
+  explicit LossReporter(spdlog::details::thread_pool* pool)
       : Terminal(Unescaped(stderr), spdlog::color_mode::automatic), pool_(pool) {}
 
   void log(const spdlog::details::log_msg& message) override {
@@ -87,9 +87,9 @@ void BlockSignals() {
 void SetUpLogging(const std::string& level) {
   spdlog::init_thread_pool(kKeptLines, 1, BlockSignals);
   const auto pool = spdlog::thread_pool();
-  auto logger =
-      std::make_shared<spdlog::async_logger>("pheromoned", std::make_shared<LossTeller>(pool.get()),
-                                             pool, spdlog::async_overflow_policy::overrun_oldest);
+  auto logger = std::make_shared<spdlog::async_logger>(
+      "pheromoned", std::make_shared<LossReporter>(pool.get()), pool,
+      spdlog::async_overflow_policy::overrun_oldest);
   const bool journal =
       std::getenv("JOURNAL_STREAM") != nullptr || std::getenv("INVOCATION_ID") != nullptr;
   auto formatter = std::make_unique<spdlog::pattern_formatter>();

@@ -128,6 +128,7 @@ Cluster::Parts ClusterWorld::PartsOf(const std::string& node, Server::Process* p
     calls_.push_back(std::move(done));
   };
   parts.folder = &server->disk_;
+  parts.end_snapshots = [] {};
   parts.warn = [server](const std::string& text) { server->warnings.push_back(text); };
   return parts;
 }

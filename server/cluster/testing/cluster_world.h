@@ -3,7 +3,7 @@
 //
 //   ClusterWorld world("ab");
 //   world.Start("a");
-//   ASSERT_TRUE(world.RunUntil([&] { return world.leader() != nullptr; }));
+//   ASSERT_TRUE(world.RunUntil([&] { return world.leader() == "a"; }));
 //   world["a"].Handle({Hello(1, 1)});
 //   world.Kill("a");
 //
@@ -17,7 +17,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -36,7 +35,6 @@ class ClusterWorld {
   class Server {
    public:
     bool runs() const { return process_ != nullptr; }
-    Cluster& cluster() { return *process_->cluster; }
     engine::Service& service() { return *process_->service; }
     MemoryLog& log() { return *process_->replicated; }
     journal::testing::CrashFolder& disk() { return disk_; }
@@ -74,7 +72,6 @@ class ClusterWorld {
 
   Server& operator[](const std::string& node) { return *servers_.at(node); }
   MemoryEngine& engine() { return engine_; }
-  uint64_t now_ms() const { return now_ms_; }
 
   void Start(const std::string& node);
   void Kill(const std::string& node);

@@ -15,10 +15,8 @@
 #include <list>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "server/base/result.h"
 #include "server/cluster/replicated_log.h"

@@ -146,7 +146,7 @@ class PeersFixture : public ::testing::Test {
     return true;
   }
 
-  // Something that is not a node: dials b as `identity` says, and does `talk` after the handshake.
+  // Something that is not a node: dials b as the node `as`, and does `talk` after the handshake.
   using Talk = std::function<boost::asio::awaitable<void>(std::shared_ptr<PeerConnection>)>;
   void Pretend(const std::string& as, Talk talk) {
     const auto tls = std::make_shared<const PeerTls>(kSecret, "lab",
@@ -165,7 +165,7 @@ class PeersFixture : public ::testing::Test {
         boost::asio::detached);
   }
 
-  // Beats to all, as a daemon sends them, while it is there.
+  // Heartbeats to all, as a daemon sends them, while it is there.
   std::shared_ptr<void> BeatOften(TestedPeer* daemon) {
     const auto timer = std::make_shared<boost::asio::steady_timer>(io_);
     boost::asio::co_spawn(
@@ -173,7 +173,7 @@ class PeersFixture : public ::testing::Test {
         [timer = std::weak_ptr(timer), daemon]() -> boost::asio::awaitable<void> {
           boost::system::error_code ignored;
           for (auto it = timer.lock(); it != nullptr;) {
-            daemon->peers->SendAll(Beat{});
+            daemon->peers->SendAll(Heartbeat{});
             it->expires_after(std::chrono::milliseconds(5));
             auto wait =
                 it->async_wait(boost::asio::redirect_error(boost::asio::use_awaitable, ignored));

@@ -86,9 +86,16 @@ Result<Membership> DecodeMembership(std::string_view text) {
 }
 
 Result<std::optional<Membership>> ReadMembership(const Folder& folder) {
-  PHEROMONE_TRY(const std::vector<std::string> names, folder.List());
   const std::string name(kMembershipName);
-  if (std::find(names.begin(), names.end(), name) == names.end()) {
+  const auto has = [&name](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  PHEROMONE_TRY(const std::vector<std::string> others, folder.ListOthers());
+  if (has(others)) {
+    return Error{folder.path() + '/' + name + ": expected a regular file"};
+  }
+  PHEROMONE_TRY(const std::vector<std::string> names, folder.List());
+  if (!has(names)) {
     return std::optional<Membership>();
   }
   PHEROMONE_TRY(const std::string text, folder.Read(name, 0, kMaxMembershipBytes));
@@ -100,10 +107,16 @@ Result<std::optional<Membership>> ReadMembership(const Folder& folder) {
 }
 
 Status WriteMembership(const Membership& membership, Folder* folder) {
+  const std::string text = EncodeMembership(membership);
+  const Result<Membership> same = DecodeMembership(text);
+  if (!same.ok() || same.value() != membership || text.size() > kMaxMembershipBytes) {
+    return Error{folder->path() + '/' + std::string(kMembershipName) +
+                 ": the names of the cluster and of its log do not fit into lines"};
+  }
   const std::string unfinished = std::string(kMembershipName) + std::string(kUnfinished);
   (void)folder->Remove(unfinished);  // possibly left by an earlier attempt
   PHEROMONE_TRY(std::unique_ptr<AppendFile> file, folder->Create(unfinished));
-  PHEROMONE_TRY_STATUS(file->Append(EncodeMembership(membership)));
+  PHEROMONE_TRY_STATUS(file->Append(text));
   PHEROMONE_TRY_STATUS(file->Sync());
   file.reset();
   PHEROMONE_TRY_STATUS(folder->Rename(unfinished, std::string(kMembershipName)));

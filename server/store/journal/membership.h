@@ -15,7 +15,8 @@
 //   field_less_utc_ms -1700000000000
 //   end
 //
-// Errors of reading: another program's file, another version, damage; it is not to be ignored then.
+// Errors of reading: another program's file, another version, damage, no regular file; it is not to
+// be ignored then.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +32,8 @@ namespace pheromone::journal {
 constexpr std::string_view kMembershipName = "cluster";
 
 struct Membership {
-  std::string
-      cluster{};        ///< its configured name; empty: it was left, and nothing is to be followed
+  /// Its configured name; empty: it was left, and nothing is to be followed.
+  std::string cluster{};
   std::string id{};     ///< of its log (cluster::Page::id)
   bool founds = false;  ///< the log is to begin with this journal's state: it has to be empty
   /// The next who leads with this journal begins an epoch: others may have had changes that it
@@ -50,7 +51,8 @@ Result<Membership> DecodeMembership(std::string_view text);
 
 /// Nothing if there is no such file. Errors name it.
 Result<std::optional<Membership>> ReadMembership(const Folder& folder);
-/// Returns when it is durable.
+/// Returns when it is durable. Errors, too: what ReadMembership would not read as the same, since
+/// the names may come from elsewhere; nothing is written then.
 Status WriteMembership(const Membership& membership, Folder* folder);
 /// The journal is one that never was in a cluster. Returns when that is durable.
 Status RemoveMembership(Folder* folder);

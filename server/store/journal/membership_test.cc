@@ -79,5 +79,22 @@ TEST(MembershipTest, WithoutTheFileAJournalIsInNoCluster) {
       "journal/cluster: expected the first line \"pheromone journal of a cluster, version 1\"");
 }
 
+TEST(MembershipTest, NothingIsWrittenThatCouldNotBeReadAgain) {
+  CrashFolder folder(1);
+  const Membership before{.cluster = "lab", .id = "1"};
+  ASSERT_TRUE(WriteMembership(before, &folder).ok());
+  for (const std::string& id : {std::string("1\n2"), std::string("1\nfounds 1"),
+                                std::string("1\nend"), std::string(4096, 'x')}) {
+    EXPECT_FALSE(WriteMembership({.cluster = "lab", .id = id}, &folder).ok()) << id;
+  }
+  EXPECT_EQ(ReadMembership(folder).value(), before);
+}
+
+TEST(MembershipTest, ALinkOrFolderOfThatNameIsAnError) {
+  CrashFolder folder(1);
+  folder.others = {"cluster"};
+  EXPECT_EQ(ReadMembership(folder).error(), "journal/cluster: expected a regular file");
+}
+
 }  // namespace
 }  // namespace pheromone::journal

@@ -51,14 +51,11 @@ Status SetAside(Recovered* recovered, Folder* folder) {
   return status.ok() ? folder->Sync() : status;
 }
 
-std::vector<std::string> Report(const Recovered& recovered) {
+std::vector<std::string> Report(const std::vector<Finding>& findings) {
   std::vector<std::string> report;
-  for (const Finding& finding : recovered.findings) {
+  report.reserve(findings.size());
+  for (const Finding& finding : findings) {
     report.push_back((finding.is_damage ? "damaged: " : "incomplete: ") + finding.Text());
-  }
-  if (recovered.lost) {
-    report.emplace_back(
-        "acknowledged changes may be missing; a new epoch begins and robots must send HELLO again");
   }
   return report;
 }
@@ -77,7 +74,7 @@ Result<Opened> OpenJournal(Folder* folder, const JournalSettings& settings,
     return status.error();
   }
   Opened opened;
-  opened.report = Report(recovered);
+  opened.report = Report(recovered.findings);
   opened.stamp = recovered.stamp;
   opened.state_lost = recovered.lost || recovered.differs;
   opened.engine = std::move(recovered.engine);

@@ -23,7 +23,8 @@ namespace pheromone::journal {
 struct Opened {
   engine::Engine engine;  ///< not configured: the journal is new
   engine::Stamp stamp;    ///< of the last event
-  /// Acknowledged changes are or may be missing: the state begins a new epoch.
+  /// Acknowledged changes are or may be missing: the state begins a new epoch, unless the log of a
+  /// cluster has them.
   bool state_lost = false;
   std::unique_ptr<LocalJournal> journal;  ///< with its first segment begun, if possible
   std::vector<std::string> report;        ///< the findings as text, damage first

@@ -278,8 +278,9 @@ class Service {
   void Drop(const std::optional<HeldAnswers::Dropped>& dropped);
   template <typename Tell>
   void TellObservers(Tell&& tell);
-  void TellOfBatch(const Stamp& stamp, LinkIndex link, std::span<const protocol::Message> messages,
-                   std::span<const Observer::Outcome> outcomes, std::span<const Outgoing> sent);
+  void NotifyOfBatch(const Stamp& stamp, LinkIndex link,
+                     std::span<const protocol::Message> messages,
+                     std::span<const Observer::Outcome> outcomes, std::span<const Outgoing> sent);
   void HoldBack(std::vector<Outgoing>* out, size_t from);
   uint64_t AppendAndApply(const Stamp& stamp, const Event& event,
                           std::vector<Outgoing>* out) noexcept;

@@ -47,7 +47,7 @@ Status Service::Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* o
   const auto* received = std::get_if<RequestReceived>(&event);
   if (received != nullptr) {
     const Observer::Outcome outcome{sequence, Reason::kNone};
-    TellOfBatch(stamp, received->link, {&received->message, 1}, {&outcome, 1}, made);
+    NotifyOfBatch(stamp, received->link, {&received->message, 1}, {&outcome, 1}, made);
   }
   const size_t before = out->size();
   for (const Outgoing& it : made) {

@@ -4,10 +4,9 @@
 
 #include <memory>
 #include <optional>
-#include <random>
-#include <utility>
 
 #include "server/base/format.h"
+#include "server/base/random.h"
 #include "server/config/sections.h"
 #include "server/operators/ctl/journal_commands.h"
 #include "server/operators/ctl/server_call.h"
@@ -33,11 +32,6 @@ Result<OwnedJournal> OwnJournal(const std::string& path) {
   PHEROMONE_TRY(owned.folder, PosixFolder::Open(path, PosixFolder::Mode::kOwner));
   PHEROMONE_TRY(owned.membership, journal::ReadMembership(*owned.folder));
   return owned;
-}
-
-std::string NewId() {
-  std::random_device random;
-  return fmt::format("{:08x}{:08x}", random(), random());
 }
 
 }  // namespace
@@ -110,7 +104,7 @@ int ResetCluster(const std::string& folder, const std::string& cluster, bool is_
       its ? its->field_less_utc_ms
           : std::optional(static_cast<int64_t>(state.stamp.field_time_ms) - state.stamp.utc_ms);
   const Status written = journal::WriteMembership({.cluster = cluster,
-                                                   .id = NewId(),
+                                                   .id = HexText(Random64()),
                                                    .founds = true,
                                                    .new_epoch = true,
                                                    .field_less_utc_ms = clock},
