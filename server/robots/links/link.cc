@@ -153,9 +153,7 @@ bool Link::IsTooLate(const engine::Outgoing& outgoing) {
     return false;
   }
   record_.Count([](LinkCounters& counters) { ++counters.late_answers; });
-  if (context_.tap != nullptr) {
-    context_.tap->Dropped(context_.index, outgoing.message);
-  }
+  Drop(outgoing.message);
   return true;
 }
 
@@ -166,11 +164,15 @@ void Link::TurnAway(const protocol::Message& message, protocol::Reason answer) {
   }
 }
 
-void Link::CountUndeliverable(const protocol::Message& message) {
-  record_.Count([](LinkCounters& counters) { ++counters.undeliverable; });
+void Link::Drop(const protocol::Message& message) {
   if (context_.tap != nullptr) {
     context_.tap->Dropped(context_.index, message);
   }
+}
+
+void Link::CountUndeliverable(const protocol::Message& message) {
+  record_.Count([](LinkCounters& counters) { ++counters.undeliverable; });
+  Drop(message);
 }
 
 }  // namespace pheromone::links

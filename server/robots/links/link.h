@@ -183,7 +183,9 @@ class Link {
 
   /// For the next session.
   TappedLine NextLine() { return {context_.tap, {context_.index, ++lines_, 0}}; }
-  /// Counts a message that cannot be delivered.
+  /// Of a message that is not sent.
+  void Drop(const protocol::Message& message);
+  /// The same, and counts it as one that cannot be delivered.
   void CountUndeliverable(const protocol::Message& message);
   LinkRecord* record() { return &record_; }
   const LinkConfig& config() const { return config_; }
