@@ -221,6 +221,9 @@ class PortLink final : public Link {
 
   asio::awaitable<void> ClosePort() {
     co_await port_.Make([](Port& port) { port.Close(); });
+    if (permit() != nullptr) {
+      permit()->Release();
+    }
   }
 
   // After any exception, the link continues with a closed port.

@@ -25,6 +25,10 @@ bool SendPermit::Claim(std::chrono::nanoseconds lasting) {
   return end_ms <= until_ms_;
 }
 
+uint64_t SendPermit::in_use_until_ms() const {
+  return is_held_ ? UINT64_MAX : in_use_until_ms_.load();
+}
+
 void SendPermit::Set(uint64_t until_ms, const std::string& owner) {
   until_ms_ = until_ms;
   bool is_news = false;

@@ -13,7 +13,7 @@
 // if all of it were still to be written, and kDriverDelay more: for the time between the clock and
 // the driver, and between the driver and the UART. It ends before the permit, or is not begun.
 //
-// All functions but OnChange are thread-safe; one thread at a time claims.
+// All functions but OnChange are thread-safe; one thread at a time claims and holds.
 #pragma once
 
 #include <atomic>
@@ -38,9 +38,13 @@ class SendPermit {
   bool Allows(std::chrono::nanoseconds lasting = std::chrono::nanoseconds(0)) const;
   /// The same, directly before sending it.
   bool Claim(std::chrono::nanoseconds lasting);
-  /// When all that was claimed is over. Who has set the permit to 0 and asks then misses nothing:
-  /// Claim looks at the permit again when it has noted it.
-  uint64_t in_use_until_ms() const { return in_use_until_ms_; }
+  /// Between these it may be on the air for as long as a driver takes: said before the claim with
+  /// which that begins, and when the driver has returned.
+  void Hold() { is_held_ = true; }
+  void Release() { is_held_ = false; }
+  /// When all that was claimed is over; UINT64_MAX: while it is held. Who has set the permit to 0
+  /// and asks then misses nothing: Claim looks at the permit again when it has noted it.
+  uint64_t in_use_until_ms() const;
 
   /// `owner`: the node that has it, as far as is known; for status.
   void Set(uint64_t until_ms, const std::string& owner);
@@ -55,6 +59,7 @@ class SendPermit {
   const Now now_ms_;
   std::atomic<uint64_t> until_ms_{0};
   std::atomic<uint64_t> in_use_until_ms_{0};
+  std::atomic<bool> is_held_{false};
   std::function<void()> on_change_;
   mutable std::mutex mutex_;
   bool allowed_ = false;

@@ -325,11 +325,10 @@ asio::awaitable<std::string> Session::Write() {
       }
     }
     Clock::time_point begin = Clock::now();
-    if (keyed && !Claim(0)) {
-      continue;
-    }
     if (keyed) {
-      co_await options_.port->Make([](Port& port) { port.Key(true); });
+      if (!co_await KeyUp()) {
+        continue;
+      }
       begin = Clock::now();
       if (options_.channel.timing.lead != radio::Duration::zero() && !ended_ && !closed_) {
         co_await PauseUntil(begin + options_.channel.timing.lead);
@@ -344,10 +343,30 @@ asio::awaitable<std::string> Session::Write() {
     }
     CountWhatHappened();
     if (keyed && !ended_ && !closed_) {
-      co_await options_.port->Make([](Port& port) { port.Key(false); });
+      co_await KeyDown();
     }
   }
   co_return "closed";
+}
+
+// False: it is not permitted. The permit is held until KeyDown, since a driver may take its time.
+asio::awaitable<bool> Session::KeyUp() {
+  if (options_.permit != nullptr) {
+    options_.permit->Hold();
+    if (!Claim(0)) {
+      options_.permit->Release();
+      co_return false;
+    }
+  }
+  co_await options_.port->Make([](Port& port) { port.Key(true); });
+  co_return true;
+}
+
+asio::awaitable<void> Session::KeyDown() {
+  co_await options_.port->Make([](Port& port) { port.Key(false); });
+  if (options_.permit != nullptr) {
+    options_.permit->Release();
+  }
 }
 
 // Returns why it failed; empty if it did not. With a line to key, returns when the last bit has

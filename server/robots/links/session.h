@@ -35,7 +35,8 @@ struct ConversationOptions {
   /// neither. Outlives the session. The transceiver is not unkeyed at the end of the session, but
   /// when the port is closed.
   PortCalls* port = nullptr;
-  /// Asked before each write; null: there is no need to. Outlives the session.
+  /// Asked before each write, and held while a driver keys the transmitter; null: there is no need
+  /// to. Outlives the session. Who closes the port releases it.
   SendPermit* permit = nullptr;
   /// Called with each message that is not sent because of the permit.
   std::function<void(const protocol::Message& message)> on_refused{};
@@ -84,6 +85,8 @@ class Session {
       boost::asio::awaitable<std::string> (Session::*loop)());
   boost::asio::awaitable<std::string> Read();
   boost::asio::awaitable<std::string> Write();
+  boost::asio::awaitable<bool> KeyUp();
+  boost::asio::awaitable<void> KeyDown();
   boost::asio::awaitable<std::string> Transmit(radio::Transmission out);
   boost::asio::awaitable<void> PauseUntil(Clock::time_point end);
   boost::asio::awaitable<boost::system::error_code> WritePermitted(std::span<const uint8_t> bytes,
