@@ -268,6 +268,17 @@ class Standby:
         await_that(self.settle, "it notices, and stands by")
         self.await_answers("every robot still gets answers")
 
+    def halts_are_told(self):
+        """Whoever sends a halt says so; whoever stands by says who does."""
+        def halted(node):
+            status, text = self.machines.daemons[node].call("POST", "/api/v1/halt")
+            answer = json.loads(text) if status == 200 else {"links": [], "down": []}
+            return answer["links"], [(it["name"], it["role"], it["nodes"], it["owner"])
+                                     for it in answer["down"]]
+        standby = [(name, "standby", RADIO["on"], self.owner) for name in CHANNELS]
+        return (halted(self.owner) == ([*CHANNELS, "udp"], [])
+                and halted(self.other) == (["udp"], standby))
+
 
 def main():
     parser = argparse.ArgumentParser()
@@ -284,6 +295,7 @@ def main():
             standby.swarm.finish(stop=True)
             check_files(standby.folder / "out", options.robots)
             print_stands(standby.folder / "out")
+            await_that(lambda: standby.settle() and standby.halts_are_told(), "a halt is told of")
         finally:
             standby.close()
         for name, air in zip(CHANNELS, standby.airs):

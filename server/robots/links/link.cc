@@ -65,6 +65,18 @@ void LinkRecord::SetSilent(bool silent) {
   state_.silent = silent;
 }
 
+LinkRole Link::role() const {
+  const bool may_send = context_.permit == nullptr || context_.permit->Allows();
+  return may_send ? LinkRole::kServes : LinkRole::kStandby;
+}
+
+std::string Link::owner() const {
+  if (context_.permit != nullptr) {
+    return context_.permit->owner();
+  }
+  return config_.on.size() == 1 ? config_.on[0] : "";
+}
+
 void Link::Tell(Severity severity, const std::string& what, const std::string& why,
                 const std::string& then) const {
   context_.log({severity, "link " + name(), what, why, then});

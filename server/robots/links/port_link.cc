@@ -132,13 +132,11 @@ class PortLink final : public Link {
   };
 
   SendPermit* permit() const { return context().permit; }
-  bool IsStandby() const { return permit() != nullptr && !permit()->Allows(); }
 
   void ReportOpen() {
     std::string how = port_.port().Describe();
     if (IsStandby()) {
-      const std::string owner = permit()->owner();
-      how += owner.empty() ? "; standby" : "; standby: node " + owner + " sends";
+      how += owner().empty() ? "; standby" : "; standby: node " + owner() + " sends";
     }
     ReportUp(how);
   }

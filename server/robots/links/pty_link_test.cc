@@ -103,11 +103,14 @@ TEST_F(SharedPtyLinkTest, AStandbyIsSilentUntilItMaySendAndAgainWhenItsTimeIsOve
   Peer robot(path_);
   SendUnheard(robot, 1);
   permit_.Set(0, "b");
+  EXPECT_EQ(server_.link().role(), LinkRole::kStandby);
+  EXPECT_EQ(server_.link().owner(), "b");
   EXPECT_TRUE(Eventually([&] {
     return server_.link().state().reason.find("; standby: node b sends") != std::string::npos;
   }));
   SendUnheard(robot, 2);
   permit_.Set(9'000, "a");
+  EXPECT_EQ(server_.link().role(), LinkRole::kServes);
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 3)), 3, 3));
   EXPECT_TRUE(Eventually(
       [&] { return server_.link().state().reason.find("standby") == std::string::npos; }));
