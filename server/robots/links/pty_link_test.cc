@@ -63,6 +63,7 @@ std::atomic<uint64_t> permit_now_ms{1'000};
 class SharedPtyLinkTest : public PtyLinkTest {
  protected:
   void SetUp() override { permit_now_ms = 1'000; }
+  void TearDown() override { server_.Stop(); }  // it outlives the permit, and the link must not
 
   void StartShared(LinkConfig config = {}) {
     config.name = "radio-a";
