@@ -104,11 +104,14 @@ class Air:
         self.thread.join()
 
     def check_one_at_a_time(self):
-        until = {}
+        """Returns how often it was looked at: before, something of another one had been sent."""
+        until, checks = {}, 0
         for node, when, data in self.sent:
             for other, end in until.items():
+                checks += other != node
                 check(other == node or end <= when, f"{node} sends {end - when:.3f} s too early")
             until[node] = max(until.get(node, 0), when) + len(data) * BYTE_S
+        return checks
 
     def changes(self):
         """Who sent, one after the other, for how long nobody did in between, and where in `sent`."""
@@ -118,7 +121,9 @@ class Air:
                 if before != node]
 
     def check_rounds_go_on(self):
-        """Whoever takes over begins with a ROUND that has turns, which nobody asked for."""
+        """Whoever takes over begins with a ROUND that has turns, which nobody asked for. Returns how
+        often one did."""
+        checks = 0
         for _, node, silence, at in self.changes():
             if silence < ROUNDS_END_S and at >= self.all_are_there:
                 decoder = Decoder()
@@ -126,6 +131,8 @@ class Air:
                 message = parse(first)
                 check(message.name == "ROUND" and message.fields["turns"] and
                       not message.fields["answers"], f"{node} begins with {message}")
+                checks += 1
+        return checks
 
 
 def scenario(robots):
@@ -261,6 +268,17 @@ class Standby:
         await_that(self.settle, "it notices, and stands by")
         self.await_answers("every robot still gets answers")
 
+    def halts_are_told(self):
+        """Whoever sends a halt says so; whoever stands by says who does."""
+        def halted(node):
+            status, text = self.machines.daemons[node].call("POST", "/api/v1/halt")
+            answer = json.loads(text) if status == 200 else {"links": [], "down": []}
+            return answer["links"], [(it["name"], it["role"], it["nodes"], it["owner"])
+                                     for it in answer["down"]]
+        standby = [(name, "standby", RADIO["on"], self.owner) for name in CHANNELS]
+        return (halted(self.owner) == ([*CHANNELS, "udp"], [])
+                and halted(self.other) == (["udp"], standby))
+
 
 def main():
     parser = argparse.ArgumentParser()
@@ -277,13 +295,19 @@ def main():
             standby.swarm.finish(stop=True)
             check_files(standby.folder / "out", options.robots)
             print_stands(standby.folder / "out")
+            await_that(lambda: standby.settle() and standby.halts_are_told(), "a halt is told of")
         finally:
             standby.close()
         for name, air in zip(CHANNELS, standby.airs):
+            changes = air.changes()
             print(name, *(f"{before} to {after}: {silence:.2f} s;"
-                          for before, after, silence, _ in air.changes()))
-            air.check_one_at_a_time()
-            air.check_rounds_go_on()
+                          for before, after, silence, _ in changes))
+            check(len(changes) > options.kills, "a hand-over is missing")
+            checks = air.check_one_at_a_time()
+            check(checks >= len(changes), "no sending was compared with another server's")
+            print(f"{checks} sendings after another server's, none too early; of {len(changes)} "
+                  f"hand-overs, {air.check_rounds_go_on()} began with a ROUND; "
+                  "the others were late, or before the robots")
     print("load", *(f"{it:.1f}" for it in os.getloadavg()))
     print("ok")
 

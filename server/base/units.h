@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 
 namespace pheromone {
 
@@ -11,6 +12,9 @@ inline double Metres(int64_t um) {
 /// A binary angle: 65536 are a whole turn.
 inline double Degrees(uint16_t binary_angle) {
   return binary_angle * 360.0 / 65536;
+}
+inline double Radians(uint16_t binary_angle) {
+  return binary_angle * 2 * std::numbers::pi / 65536;
 }
 
 }  // namespace pheromone

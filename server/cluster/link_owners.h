@@ -103,7 +103,10 @@ class LinkOwners {
   /// This server may send until then; past, or 0: it may not.
   uint64_t until_ms(size_t link) const { return links_[link].until_ms; }
   /// Who has it as far as is known; empty: nobody.
-  const std::string& owner(size_t link) const { return links_[link].lease.node; }
+  std::string owner(size_t link) const {
+    const LinkLease& lease = links_[link].lease;
+    return lease.lease_ms == 0 ? "" : lease.node;
+  }
 
  private:
   static constexpr uint64_t kNever = UINT64_MAX;

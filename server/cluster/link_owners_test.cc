@@ -263,6 +263,7 @@ TEST(LinkOwners, WhoCannotUseItsPortOrEndsFreesItAtOnceWhenItHasSent) {
     room.server(1).owners->SetUsable(0, false);
     room.RunUntil(9'900);
     EXPECT_EQ(room.Senders(), ends ? std::vector<int>{} : std::vector<int>{0});
+    EXPECT_EQ(room.server(1).owners->owner(0), ends ? "" : "a");
   }
 }
 

@@ -7,6 +7,8 @@
 
 #include <boost/asio/post.hpp>
 
+#include "server/base/boottime.h"
+
 namespace pheromone::daemon {
 namespace {
 
@@ -20,10 +22,6 @@ std::vector<cluster::SharedLink> SettingsOf(const std::vector<LinkLeases::Shared
     settings.push_back(it.settings);
   }
   return settings;
-}
-
-uint64_t LeaseNowMs() {
-  return links::SendPermit::BoottimeMs();
 }
 
 }  // namespace
@@ -46,7 +44,7 @@ void LinkLeases::Stop() {
   }
   boost::asio::post(io_, [this] {
     owners_.Release();
-    end_ms_ = LeaseNowMs() + kFreeingMs;
+    end_ms_ = BoottimeMs() + kFreeingMs;
     Continue();
   });
   thread_.join();
@@ -56,14 +54,14 @@ void LinkLeases::Continue() {
   if (is_ended_) {
     return;
   }
-  const uint64_t now_ms = LeaseNowMs();
+  const uint64_t now_ms = BoottimeMs();
   for (size_t i = 0; i < links_.size(); ++i) {
     owners_.SetUsable(i, links_[i].link->state().up);
     owners_.SetInUse(i, links_[i].permit->in_use_until_ms());
   }
   for (const cluster::LinkOwners::Request& it : owners_.Next(now_ms)) {
     const auto done = [this, link = it.link](const Result<cluster::Register>& answer) {
-      owners_.OnRegister(link, answer, LeaseNowMs());
+      owners_.OnRegister(link, answer, BoottimeMs());
       Continue();
     };
     const std::string& name = links_[it.link].settings.name;

@@ -214,7 +214,6 @@ void LiveControl::HaltAll(DoneWith<std::vector<std::string>> done) {
   if (parts_.cluster) {
     parts_.cluster->halt_peers();
   }
-  std::vector<std::string> names;
   bool logged = true;
   std::vector<engine::Outgoing> out;
   for (size_t i = 0; i < parts_.links->size(); ++i) {
@@ -223,21 +222,30 @@ void LiveControl::HaltAll(DoneWith<std::vector<std::string>> done) {
                                      protocol::CommandCode::kHalt,
                                      {}};
     logged = parts_.service->Issue(halt, &out).ok() && logged;
-    names.push_back((*parts_.links)[i]->name());
   }
   parts_.router->Deliver(out);
   if (!logged) {
     SendHaltsUnlogged(engine::RobotsPart::kBroadcastTransmissions);
-    done(names);
+    done(ServedLinks());
     return;
   }
   AwaitDurable(std::min(parts_.patience, kHaltPatience),
-               [this, names = std::move(names), done = std::move(done)](const Status& durable) {
+               [this, done = std::move(done)](const Status& durable) {
                  if (!durable.ok()) {
                    SendHaltsUnlogged(engine::RobotsPart::kBroadcastTransmissions);
                  }
-                 done(names);
+                 done(ServedLinks());
                });
+}
+
+std::vector<std::string> LiveControl::ServedLinks() const {
+  std::vector<std::string> names;
+  for (const auto& link : *parts_.links) {
+    if (link->role() == links::LinkRole::kServes) {
+      names.push_back(link->name());
+    }
+  }
+  return names;
 }
 
 // Once now, and then as often and at the same intervals as the engine.

@@ -169,6 +169,7 @@ class LiveControl final : public control::Control {
   void DoneIfDurable(const Result<T>& made, const DoneWith<T>& done) const;
   void DoneIfDurable(const Status& changed, Done done) const;
   void AwaitDurable(std::chrono::milliseconds patience, Done done) const;
+  std::vector<std::string> ServedLinks() const;
   void SendHaltsUnlogged(int transmissions);
   void ChangeCapture(Status (Captures::*change)(), const Done& done);
   void AwaitCapture(TimePoint deadline, const Done& done);

@@ -44,6 +44,20 @@ TEST_F(LiveControlTest, HaltGoesToAllRobotsOfAllLinks) {
   }
 }
 
+TEST_F(LiveControlTest, AStandbyGetsAHaltAndIsNotOneOfThoseThatSendIt) {
+  config_.links[1].on = {"a", "b"};
+  fakes_[1]->SetRole(links::LinkRole::kStandby);
+  EXPECT_EQ(control_.HaltHere(), (std::vector<std::string>{"radio-a"}));
+  Outcome<std::vector<std::string>> halted;
+  control_.HaltAll(halted.Taker());
+  EXPECT_EQ(halted.Get().value(), (std::vector<std::string>{"radio-a"}));
+  EXPECT_FALSE(fakes_[1]->sent().empty());
+  const auto views = control_.GetLinks();
+  EXPECT_EQ(views[0].role, "serves");
+  EXPECT_EQ(views[1].role, "standby");
+  EXPECT_EQ(views[1].nodes, (std::vector<std::string>{"a", "b"}));
+}
+
 TEST_F(LiveControlTest, HaltGoesOutThriceThoughTheLogRefusesItAndChangesNothing) {
   Handle(0, {Hello(3, 9)});
   log_.admit = protocol::Reason::kReadOnly;

@@ -103,12 +103,8 @@ void LiveControl::Accept(const cluster::OperatorChange& change, const Finish& do
 }
 
 std::vector<std::string> LiveControl::HaltHere() {
-  std::vector<std::string> names;
-  for (const auto& link : *parts_.links) {
-    names.push_back(link->name());
-  }
   SendHaltsUnlogged(engine::RobotsPart::kBroadcastTransmissions);
-  return names;
+  return ServedLinks();
 }
 
 void LiveControl::StepDown(std::string_view successor, Done done) {

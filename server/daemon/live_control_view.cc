@@ -55,6 +55,18 @@ std::string_view NameOf(links::LinkKind kind) {
   return "udp";
 }
 
+std::string_view NameOf(links::LinkRole role) {
+  switch (role) {
+    case links::LinkRole::kStandby:
+      return "standby";
+    case links::LinkRole::kElsewhere:
+      return "elsewhere";
+    case links::LinkRole::kServes:
+      break;
+  }
+  return "serves";
+}
+
 // A byte on a serial line takes ten bits, start and stop included.
 std::optional<double> ByteRateOf(const links::LinkConfig& link) {
   return link.kind == links::LinkKind::kSerial ? std::optional(link.baud / 10.0) : std::nullopt;
@@ -121,6 +133,9 @@ std::vector<control::LinkView> LiveControl::GetLinks() const {
     view.kind = NameOf(configured[i].kind);
     view.address = link.address();
     view.terminal = configured[i].path.empty() ? "" : config::AbsolutePath(configured[i].path);
+    view.role = NameOf(link.role());
+    view.nodes = configured[i].on;
+    view.owner = link.owner();
     view.up = state.up;
     view.state = state.reason;
     view.since_s = SecondsSince(state.since);

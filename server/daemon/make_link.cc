@@ -43,6 +43,7 @@ class LinkElsewhere final : public links::Link {
   LinkElsewhere(links::LinkConfig config, links::LinkContext context)
       : Link(std::move(config), std::move(context)) {}
 
+  links::LinkRole role() const override { return links::LinkRole::kElsewhere; }
   Status Start() override {
     std::string nodes;
     for (const std::string& node : this->config().on) {

@@ -2,19 +2,12 @@
 
 #include <ctime>
 
+#include "server/base/boottime.h"
+
 namespace pheromone::daemon {
-namespace {
-
-int64_t Milliseconds(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
-}
-
-}  // namespace
 
 engine::ClockReading ReadSystemClocks() {
-  return {static_cast<uint64_t>(Milliseconds(CLOCK_BOOTTIME)), Milliseconds(CLOCK_REALTIME)};
+  return {BoottimeMs(), static_cast<int64_t>(ReadUtcNs() / 1'000'000)};
 }
 
 uint64_t ReadUtcNs() {

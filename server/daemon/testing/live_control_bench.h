@@ -49,6 +49,8 @@ class FakeLink final : public links::Link {
       counters.heard = std::chrono::steady_clock::now() - std::chrono::seconds(60);
     });
   }
+  void SetRole(links::LinkRole role) { role_ = role; }
+  links::LinkRole role() const override { return role_; }
   void FallSilent() { ReportSilence(std::chrono::seconds(30)); }
   void Send(std::vector<engine::Outgoing> messages) override {
     const std::lock_guard lock(mutex_);
@@ -73,6 +75,7 @@ class FakeLink final : public links::Link {
   mutable std::mutex mutex_;
   std::condition_variable more_;
   std::vector<protocol::Message> sent_;
+  std::atomic<links::LinkRole> role_{links::LinkRole::kServes};
 };
 
 /// The outcome of something that is answered later, once.

@@ -118,6 +118,10 @@ struct NamedCount {
 };
 
 struct LinkView {
+  /// Whether this server is the one that sends there: "serves", "standby" or "elsewhere".
+  std::string role = "serves";
+  std::vector<std::string> nodes;  ///< of a cluster, that can; empty: each has a link of its own
+  std::string owner;               ///< that does; empty: none, or it is not known
   std::string name;
   std::string kind;     ///< "pty", "serial", "tcp"
   std::string address;  ///< empty while it is not known
@@ -281,9 +285,9 @@ class Control {
   /// Begins a net anew. Errors: there is no such net.
   virtual void ChangeNets(const engine::NetsChanged& change, Done done) = 0;
   /// Halts all robots on all links, even while the log does not accept changes or the disk does not
-  /// respond; no other request delays it. `done` gets the names of the links once the halt was
-  /// passed to them; GetLinks tells which are down, and GetClients who stands: no robot
-  /// acknowledges it.
+  /// respond; no other request delays it. `done` gets the names of the links that this server
+  /// sends on once the halt was passed to them; GetLinks tells which are down, and GetClients who
+  /// stands: no robot acknowledges it.
   virtual void HaltAll(DoneWith<std::vector<std::string>> done) = 0;
   /// Changes the time constant of a pheromone's evaporation (PheromoneLaw::tau_ms) until the
   /// configuration is reread or the server restarts: its file stays as it is. Present levels go on

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 #include <set>
 #include <utility>
 
@@ -37,7 +36,7 @@ foxglove::Point PointOf(field::PointUm point) {
 }
 
 foxglove::Pose PlanePose(const field::PoseUm& pose) {
-  return {PointOf(pose.position), pose.heading * 2 * std::numbers::pi / 65536};
+  return {PointOf(pose.position), Radians(pose.heading)};
 }
 
 json::object PlaceToJson(field::PointUm point) {

@@ -76,12 +76,28 @@ int TellFailures(const std::vector<std::string>& failures) {
   return failures.empty() ? 0 : kFailed;
 }
 
-// Whether this server passes its halts on to the one with a link's port.
-bool IsPassedOn(const json::value& link, const json::value& cluster) {
+// Whether this server passes its halts on to a node.
+bool IsPassedOnTo(const std::string& node, const json::value& cluster) {
   const json::array& peers = ItemsAt(cluster, "peers");
   return std::any_of(peers.begin(), peers.end(), [&](const json::value& peer) {
-    return FlagAt(peer, "up") && TextAt(link, "state") == "at node " + TextAt(peer, "node");
+    return FlagAt(peer, "up") && TextAt(peer, "node") == node;
   });
+}
+
+// The node that sends on a link; if it is not known, those that may. None: nobody does, and it may
+// be this server at any moment.
+std::vector<std::string> SendersOf(const json::value& link, const json::value& cluster) {
+  const std::string owner = TextAt(link, "owner");
+  if (!owner.empty() && owner != TextAt(cluster, "node")) {
+    return {owner};
+  }
+  std::vector<std::string> nodes;
+  if (IsElsewhere(link)) {
+    for (const json::value& node : ItemsAt(link, "nodes")) {
+      nodes.emplace_back(TextOf(node));
+    }
+  }
+  return nodes;
 }
 
 }  // namespace
@@ -92,18 +108,29 @@ HaltedLinks DescribeHaltedLinks(const json::value& answer, const json::value& cl
   HaltedLinks links;
   for (const json::value& link : ItemsAt(answer, "down")) {
     const std::string name = TextAt(link, "name");
-    const std::string state = TextAt(link, "state");
-    const bool is_passed_on = IsPassedOn(link, cluster);
-    links.all_told &= is_passed_on;
-    if (is_passed_on) {
-      links.text += fmt::format("  {} is {}, to which the halt was passed on\n", name, state);
-    } else if (IsElsewhere(link)) {
-      links.text += fmt::format("  {} is {}, which is not connected; its robots were not told\n",
-                                name, state);
-    } else {
+    const bool is_standby = TextAt(link, "role") == "standby";
+    if (!is_standby && !IsElsewhere(link)) {
       ++here;
-      links.text += fmt::format("  {} is down: {}; its robots were not told\n", name, state);
+      links.all_told = false;
+      links.text +=
+          fmt::format("  {} is down: {}; its robots were not told\n", name, TextAt(link, "state"));
+      continue;
     }
+    const std::vector<std::string> senders = SendersOf(link, cluster);
+    const bool is_passed_on =
+        !senders.empty() && std::all_of(senders.begin(), senders.end(),
+                                        [&](const auto& it) { return IsPassedOnTo(it, cluster); });
+    links.all_told &= is_passed_on;
+    links.text +=
+        senders.empty()
+            ? fmt::format("  {} is on standby, and no node sends there; its robots were not told\n",
+                          name)
+            : fmt::format("  {} is {} node {}, {}\n", name, is_standby ? "on standby for" : "at",
+                          fmt::join(senders, " or "),
+                          is_passed_on          ? "to which the halt was passed on"
+                          : senders.size() == 1 ? "which is not connected; its robots were not told"
+                                                : "not all of which are connected; its robots may "
+                                                  "not have been told");
   }
   links.text =
       fmt::format("halt sent on {} of {} link{}\n", told, here, here == 1 ? "" : "s") + links.text;

@@ -157,7 +157,7 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
     return Fail(kFailed, old.error());
   }
   const auto membership = journal::ReadMembership(*old.value());
-  if (!membership.ok() || membership.value()) {
+  if (!membership.ok() || (membership.value() && !membership.value()->cluster.empty())) {
     return Fail(kFailed, membership.ErrorOr(
                              folder + ": belongs to a cluster, whose servers have one map; see "
                                       "pheromonectl(1), cluster leave"));
@@ -185,6 +185,10 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
   auto made = PosixFolder::Open(next, PosixFolder::Mode::kOwner);
   Status done = made.ok() ? journal::WriteSnapshot(engine, state.stamp, made.value().get())
                           : Status(Error{made.error()});
+  // Of a cluster that was left: its clock, and that others may have begun this epoch, too.
+  if (done.ok() && membership.value()) {
+    done = journal::WriteMembership(*membership.value(), made.value().get());
+  }
   if (done.ok()) {
     done = Replace(folder, next, before);
   }

@@ -177,6 +177,20 @@ intensity = 0.125
         for folder in ("state.before", "state"):
             self.assertIn("\nno acknowledged change ", self.call("check", folder).stdout)
 
+    def test_a_state_that_has_left_its_cluster_is_moved_with_what_it_left(self):
+        self.server.stop(signal.SIGTERM)
+        membership = self.folder / "state" / "cluster"
+        head = "pheromone journal of a cluster, version 1\n"
+        membership.write_text(head + "cluster lab\nid 8f2c60aa91d2b7e3\nend\n")
+        text = (self.folder / "test.toml").read_text()
+        (self.folder / "fine.toml").write_text(text.replace("cell_m = 0.1", "cell_m = 0.05"))
+        refused = self.call("resample", "--config", "fine.toml", "state", status=1)
+        self.assertIn("state: belongs to a cluster", refused.stderr)
+        left = head + "new_epoch 1\nfield_less_utc_ms -1700000000000\nend\n"
+        membership.write_text(left)
+        self.call("resample", "--config", "fine.toml", "state")
+        self.assertEqual(membership.read_text(), left)
+
     def test_what_is_no_journal_is_said(self):
         self.assertIn("state/x: cannot be opened", self.call("check", "state/x", status=1).stderr)
         (self.folder / "empty").mkdir()

@@ -54,10 +54,9 @@ inline const boost::json::array& ItemsAt(const boost::json::value& value, std::s
   return items != nullptr ? *items : none;
 }
 
-/// Whether a link's port is at another server of the cluster (`on` in [[link]]), which its state
-/// names.
+/// Whether a link's port is at other servers of the cluster only (`on` in [[link]]).
 inline bool IsElsewhere(const boost::json::value& link) {
-  return !FlagAt(link, "up") && TextAt(link, "state").starts_with("at node ");
+  return TextAt(link, "role") == "elsewhere";
 }
 
 /// How many lines of a tracker's datagrams were refused.

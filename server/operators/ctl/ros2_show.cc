@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "server/base/units.h"
 #include "server/formats/foxglove/scene.h"
@@ -20,7 +19,7 @@ constexpr char kWall = 100;
 ros::Pose RosPose(const field::PoseUm& pose) {
   return {.x_m = Metres(pose.position.x),
           .y_m = Metres(pose.position.y),
-          .yaw_rad = pose.heading * 2 * std::numbers::pi / 65536};
+          .yaw_rad = Radians(pose.heading)};
 }
 
 }  // namespace

@@ -33,8 +33,7 @@ std::string ConfigOf(const std::string& instance) {
   return "/etc/pheromone/" + instance + ".toml";
 }
 
-std::string ServiceConfigOf(const std::string& socket) {
-  const std::string instance = InstanceOf(socket);
+std::string ServiceConfigOf(const std::string& instance) {
   const std::string file = ConfigOf(instance);
   std::error_code ignored;
   return !instance.empty() && std::filesystem::exists(file, ignored) ? file : "";

@@ -38,8 +38,8 @@ std::string InstanceOf(const std::string& socket);
 /// /etc/pheromone/NAME.toml.
 std::string ConfigOf(const std::string& instance);
 
-/// The configuration of the service whose socket it is; empty: there is none.
-std::string ServiceConfigOf(const std::string& socket);
+/// The same, if the service has one; else empty. `instance` may be empty: none.
+std::string ServiceConfigOf(const std::string& instance);
 
 /// A user's name, or the number if there is none. For one thread.
 std::string UserName(uid_t id);

@@ -184,10 +184,11 @@ int ShowLinks(const ServerOptions& options) {
     const json::value& utilisation = At(link, "utilisation");
     rows.push_back(
         {TextAt(link, "name"), TextAt(link, "kind"),
-         IsElsewhere(link)        ? "elsewhere"
-         : !FlagAt(link, "up")    ? "down"
-         : FlagAt(link, "silent") ? "silent"
-                                  : "up",
+         IsElsewhere(link)                   ? "elsewhere"
+         : !FlagAt(link, "up")               ? "down"
+         : TextAt(link, "role") == "standby" ? "standby"
+         : FlagAt(link, "silent")            ? "silent"
+                                             : "up",
          Duration(NumberAt(link, "since_s")), Ago(link, "silent_s"),
          std::to_string(CountAt(counters, "received_frames")),
          std::to_string(CountAt(counters, "sent_frames")),

@@ -34,7 +34,11 @@ std::string NetworkOf(const std::string& address) {
   if (error || !parsed.is_v6() || parsed.to_v6().is_v4_mapped()) {
     return address;
   }
-  auto bytes = parsed.to_v6().to_bytes();
+  const auto v6 = parsed.to_v6();
+  if (v6.is_link_local()) {
+    return address;
+  }
+  auto bytes = v6.to_bytes();
   std::fill(bytes.begin() + 8, bytes.end(), uint8_t{0});
   return boost::asio::ip::make_address_v6(bytes).to_string();
 }

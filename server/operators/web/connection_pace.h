@@ -45,7 +45,8 @@ class ConnectionPace {
 };
 
 /// What counts as one client: an IPv4 address, or the first 64 bits of an IPv6 address, of which a
-/// single machine has all.
+/// single machine has all; but a link-local address (fe80::/10) as a whole, since all neighbours
+/// share its first 64 bits.
 std::string NetworkOf(const std::string& address);
 
 }  // namespace pheromone::web

@@ -60,10 +60,14 @@ TEST_F(ConnectionPaceTest, ClientsDoNotWaitForEachOtherUnlessThereAreTooMany) {
   EXPECT_EQ(Next("d"), 0) << "those who have not come for a while make room";
 }
 
-TEST(NetworkOfTest, IsTheAddressOrTheFirstHalfOfAnIpv6Address) {
+TEST(NetworkOfTest, IsTheAddressOrTheFirstHalfOfAnIpv6AddressThatIsNotANeighbours) {
   EXPECT_EQ(NetworkOf("192.0.2.7"), "192.0.2.7");
   EXPECT_EQ(NetworkOf("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::");
   EXPECT_EQ(NetworkOf("2001:db8:1:2:ffff::9"), "2001:db8:1:2::");
+  EXPECT_EQ(NetworkOf("fe80::1"), "fe80::1");
+  EXPECT_EQ(NetworkOf("fe80::2%lo"), "fe80::2%lo");
+  EXPECT_EQ(NetworkOf("febf:0:0:5::1"), "febf:0:0:5::1");
+  EXPECT_EQ(NetworkOf("fec0::1"), "fec0::");
   EXPECT_EQ(NetworkOf("::ffff:192.0.2.7"), "::ffff:192.0.2.7");
   EXPECT_EQ(NetworkOf(""), "");
 }

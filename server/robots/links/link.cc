@@ -65,6 +65,18 @@ void LinkRecord::SetSilent(bool silent) {
   state_.silent = silent;
 }
 
+LinkRole Link::role() const {
+  const bool may_send = context_.permit == nullptr || context_.permit->Allows();
+  return may_send ? LinkRole::kServes : LinkRole::kStandby;
+}
+
+std::string Link::owner() const {
+  if (context_.permit != nullptr) {
+    return context_.permit->owner();
+  }
+  return config_.on.size() == 1 ? config_.on[0] : "";
+}
+
 void Link::Tell(Severity severity, const std::string& what, const std::string& why,
                 const std::string& then) const {
   context_.log({severity, "link " + name(), what, why, then});
@@ -153,9 +165,7 @@ bool Link::IsTooLate(const engine::Outgoing& outgoing) {
     return false;
   }
   record_.Count([](LinkCounters& counters) { ++counters.late_answers; });
-  if (context_.tap != nullptr) {
-    context_.tap->Dropped(context_.index, outgoing.message);
-  }
+  Drop(outgoing.message);
   return true;
 }
 
@@ -166,11 +176,15 @@ void Link::TurnAway(const protocol::Message& message, protocol::Reason answer) {
   }
 }
 
-void Link::CountUndeliverable(const protocol::Message& message) {
-  record_.Count([](LinkCounters& counters) { ++counters.undeliverable; });
+void Link::Drop(const protocol::Message& message) {
   if (context_.tap != nullptr) {
     context_.tap->Dropped(context_.index, message);
   }
+}
+
+void Link::CountUndeliverable(const protocol::Message& message) {
+  record_.Count([](LinkCounters& counters) { ++counters.undeliverable; });
+  Drop(message);
 }
 
 }  // namespace pheromone::links

@@ -115,6 +115,10 @@ class LinkRecord {
 
 class LinkRouter;
 
+/// Who sends on a link: this server; another one that has a modem there, too, for now; or always
+/// another one.
+enum class LinkRole { kServes, kStandby, kElsewhere };
+
 /// What every link is given beside its configuration.
 struct LinkContext {
   engine::LinkIndex index = 0;
@@ -157,6 +161,9 @@ class Link {
 
   const std::string& name() const { return config_.name; }
   LinkRecord::State state() const { return record_.state(); }
+  virtual LinkRole role() const;
+  /// The node of a cluster that sends here, if it is known.
+  std::string owner() const;
   LinkCounters counters() const { return record_.counters(); }
 
  protected:
@@ -183,7 +190,10 @@ class Link {
 
   /// For the next session.
   TappedLine NextLine() { return {context_.tap, {context_.index, ++lines_, 0}}; }
-  /// Counts a message that cannot be delivered.
+  bool IsStandby() const { return role() == LinkRole::kStandby; }
+  /// Of a message that is not sent.
+  void Drop(const protocol::Message& message);
+  /// The same, and counts it as one that cannot be delivered.
   void CountUndeliverable(const protocol::Message& message);
   LinkRecord* record() { return &record_; }
   const LinkConfig& config() const { return config_; }

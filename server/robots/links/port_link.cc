@@ -1,5 +1,6 @@
 #include "server/robots/links/port_link.h"
 
+#include <deque>
 #include <optional>
 #include <utility>
 
@@ -9,7 +10,9 @@
 #include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "protocol/messages.h"
 #include "server/base/counters.h"
+#include "server/core/engine/robots_part.h"
 #include "server/robots/links/keep_running.h"
 #include "server/robots/links/link_router.h"
 #include "server/robots/links/port_calls.h"
@@ -23,7 +26,23 @@ namespace asio = boost::asio;
 // How often the driver's counters are read and silence is checked.
 constexpr std::chrono::milliseconds kBetweenLooks{500};
 
+// For how long a halt that a standby has not sent is kept: longer than it takes another server to
+// take over, and shorter than until somebody drives on by hand.
+constexpr std::chrono::seconds kHaltKept{3};
+constexpr size_t kMaxKeptHalts = engine::RobotsPart::kBroadcastTransmissions;
+
 using Timer = asio::basic_waitable_timer<Clock>;
+
+bool IsHaltOfAll(const protocol::Message& message) {
+  protocol::Command command;
+  return message.id == protocol::kBroadcastId && protocol::Decode(message, &command) &&
+         command.code == protocol::CommandCode::kHalt;
+}
+
+bool IsResume(const protocol::Message& message) {
+  protocol::Command command;
+  return protocol::Decode(message, &command) && command.code == protocol::CommandCode::kResume;
+}
 
 radio::ChannelOptions OptionsOf(const LinkConfig& config, radio::Duration quiet_start) {
   using std::chrono::milliseconds;
@@ -55,7 +74,8 @@ class PortLink final : public Link {
         strand_(asio::make_strand(io)),
         port_(std::move(port), this->context().aside),
         address_(std::move(address)),
-        options_{OptionsOf(config, this->context().quiet_start), &port_, this->context().permit},
+        options_{OptionsOf(config, this->context().quiet_start), &port_, this->context().permit,
+                 [this](const protocol::Message& message) { OnRefused(message); }},
         silence_(config.silence_s),
         backoff_(this->context().backoff),
         retry_(strand_),
@@ -87,11 +107,14 @@ class PortLink final : public Link {
 
   void Send(std::vector<engine::Outgoing> messages) override {
     asio::post(strand_, [this, messages = std::move(messages)] {
-      if (IsStandby()) {
-        return;  // the server that sends here has them, too
-      }
+      const bool is_standby = IsStandby();
       for (const engine::Outgoing& outgoing : messages) {
-        if (!session_) {
+        if (permit() != nullptr && IsResume(outgoing.message)) {
+          DropKeptHalts(0);
+        }
+        if (is_standby) {
+          LeaveToOwner(outgoing.message);
+        } else if (!session_) {
           CountUndeliverable(outgoing.message);
         } else if (options_.channel.half_duplex || !IsTooLate(outgoing)) {
           session_->Send(outgoing);
@@ -103,14 +126,17 @@ class PortLink final : public Link {
   std::string address() const override { return address_; }
 
  private:
+  struct KeptHalt {
+    Clock::time_point at;
+    protocol::Message message;
+  };
+
   SendPermit* permit() const { return context().permit; }
-  bool IsStandby() const { return permit() != nullptr && !permit()->Allows(); }
 
   void ReportOpen() {
     std::string how = port_.port().Describe();
     if (IsStandby()) {
-      const std::string owner = permit()->owner();
-      how += owner.empty() ? "; standby" : "; standby: node " + owner + " sends";
+      how += owner().empty() ? "; standby" : "; standby: node " + owner() + " sends";
     }
     ReportUp(how);
   }
@@ -130,6 +156,48 @@ class PortLink final : public Link {
 
   void TakeOver() {
     session_->TakeOver(context().router->MembersOfRounds(context().index, Clock::now()));
+    SendKeptHalt();
+  }
+
+  // The server that sends here has it, too. But if there is none at this moment, nobody repeats a
+  // halt of all: whoever sends here next sends it.
+  void LeaveToOwner(const protocol::Message& message) {
+    if (IsHaltOfAll(message)) {
+      KeepHalt(message);
+    } else {
+      Drop(message);
+    }
+  }
+
+  void OnRefused(const protocol::Message& message) {
+    if (IsHaltOfAll(message)) {
+      KeepHalt(message);
+    } else {
+      CountUndeliverable(message);
+    }
+  }
+
+  void KeepHalt(const protocol::Message& halt) {
+    kept_halts_.push_back({Clock::now(), halt});
+    DropKeptHalts(kMaxKeptHalts);
+  }
+
+  void DropKeptHalts(size_t most) {
+    while (kept_halts_.size() > most) {
+      Drop(kept_halts_.front().message);
+      kept_halts_.pop_front();
+    }
+  }
+
+  // One at a time: when it takes over, and whenever it looks.
+  void SendKeptHalt() {
+    while (!kept_halts_.empty() && kept_halts_.front().at + kHaltKept < Clock::now()) {
+      DropKeptHalts(kept_halts_.size() - 1);
+    }
+    if (!kept_halts_.empty() && session_ && !IsStandby()) {
+      session_->Send({context().index, 0, kept_halts_.front().message});
+      kept_halts_.pop_front();
+    }
   }
 
   Result<Descriptor> OpenAtFirst() {
@@ -151,6 +219,9 @@ class PortLink final : public Link {
 
   asio::awaitable<void> ClosePort() {
     co_await port_.Make([](Port& port) { port.Close(); });
+    if (permit() != nullptr) {
+      permit()->Release();
+    }
   }
 
   // After any exception, the link continues with a closed port.
@@ -246,6 +317,7 @@ class PortLink final : public Link {
     look_.async_wait([this](const boost::system::error_code& error) {
       if (!error && session_ && !stopping_) {
         LookForSilence(Clock::now());
+        SendKeptHalt();
         asio::co_spawn(strand_, LookAtTheDriver(),
                        [this](const std::exception_ptr& failure) { EndOnException(failure); });
       }
@@ -306,6 +378,7 @@ class PortLink final : public Link {
   LineErrors line_errors_;  // as counted so far, since the port was opened
   bool silent_ = false;
   bool is_standby_ = false;
+  std::deque<KeptHalt> kept_halts_;
   std::optional<Session> session_;  // while the port is open
   bool stopping_ = false;
 };

@@ -59,46 +59,107 @@ TEST_F(PtyLinkTest, APingIsAnsweredThroughARealPty) {
 // The clock of a permit.
 std::atomic<uint64_t> permit_now_ms{1'000};
 
-TEST_F(PtyLinkTest, AStandbyIsSilentUntilItMaySendAndAgainWhenItsTimeIsOver) {
-  SendPermit permit([] { return permit_now_ms.load(); });
-  LinkContext context = server_.Context(0);
-  context.permit = &permit;
-  const LinkConfig config{.name = "radio-a", .path = path_};
-  ASSERT_TRUE(server_.Start(MakePtyLink(server_.io(), config, std::move(context))).ok());
-  Peer robot(path_);
-  const auto send_unheard = [&](uint8_t number) {
-    const uint32_t frames = server_.link().counters().received.frames;
+// Another server may send on the line, too.
+class SharedPtyLinkTest : public PtyLinkTest {
+ protected:
+  void SetUp() override { permit_now_ms = 1'000; }
+  void TearDown() override { server_.Stop(); }  // it outlives the permit, and the link must not
+
+  void StartShared(LinkConfig config = {}) {
+    config.name = "radio-a";
+    config.path = path_;
+    LinkContext context = server_.Context(0);
+    context.permit = &permit_;
+    ASSERT_TRUE(server_.Start(MakePtyLink(server_.io(), config, std::move(context))).ok());
+  }
+
+  // What is counted in the next read tells that this one was handled.
+  void SendUnheard(const Peer& robot, uint8_t number) {
+    const auto received = [this] { return server_.link().counters().received; };
+    const protocol::DecoderCounters before = received();
     EXPECT_TRUE(robot.SendBytes(Wire(PingOf(3, number))));
-    EXPECT_TRUE(Eventually([&] { return server_.link().counters().received.frames > frames; }));
-  };
-  send_unheard(1);
-  permit.Set(0, "b");
+    EXPECT_TRUE(Eventually([&] { return received().frames > before.frames; }));
+    EXPECT_TRUE(robot.SendBytes({0}));
+    EXPECT_TRUE(Eventually([&] { return received().ignored_bytes > before.ignored_bytes; }));
+  }
+
+  static engine::Outgoing CommandTo(uint8_t id, protocol::CommandCode code) {
+    protocol::Command command;
+    command.id = id;
+    command.code = code;
+    return {0, 0, engine::testing::MessageOf(command)};
+  }
+
+  SendPermit permit_{[] { return permit_now_ms.load(); }};
+};
+
+bool IsHaltOfAllRobots(const std::optional<protocol::Message>& message) {
+  protocol::Command command;
+  return message && protocol::Decode(*message, &command) && command.id == protocol::kBroadcastId &&
+         command.code == protocol::CommandCode::kHalt;
+}
+
+TEST_F(SharedPtyLinkTest, AStandbyIsSilentUntilItMaySendAndAgainWhenItsTimeIsOver) {
+  StartShared();
+  Peer robot(path_);
+  SendUnheard(robot, 1);
+  permit_.Set(0, "b");
+  EXPECT_EQ(server_.link().role(), LinkRole::kStandby);
+  EXPECT_EQ(server_.link().owner(), "b");
   EXPECT_TRUE(Eventually([&] {
     return server_.link().state().reason.find("; standby: node b sends") != std::string::npos;
   }));
-  send_unheard(2);
-  permit.Set(9'000, "a");
+  SendUnheard(robot, 2);
+  permit_.Set(9'000, "a");
+  EXPECT_EQ(server_.link().role(), LinkRole::kServes);
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 3)), 3, 3));
   EXPECT_TRUE(Eventually(
       [&] { return server_.link().state().reason.find("standby") == std::string::npos; }));
   permit_now_ms = 9'001;  // nobody says so, as when the process was stopped
-  send_unheard(4);
+  SendUnheard(robot, 4);
   permit_now_ms = 1'000;
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 5)), 3, 5));
 }
 
-TEST_F(PtyLinkTest, WhatWouldBeOnTheAirBeyondThePermitIsNotBegun) {
-  permit_now_ms = 1'000;
-  SendPermit permit([] { return permit_now_ms.load(); });
-  LinkContext context = server_.Context(0);
-  context.permit = &permit;
-  const LinkConfig config{.name = "radio-a",
-                          .path = path_,
-                          .medium_access = true,
-                          .turnaround_ms = 2,
-                          .server_delay_ms = 200,
-                          .response_window_ms = 250};
-  ASSERT_TRUE(server_.Start(MakePtyLink(server_.io(), config, std::move(context))).ok());
+TEST_F(SharedPtyLinkTest, AHaltOfAllIsSentByWhoeverTakesOver) {
+  StartShared();
+  Peer robot(path_);
+  server_.link().Send({CommandTo(protocol::kBroadcastId, protocol::CommandCode::kHalt)});
+  SendUnheard(robot, 1);
+  permit_.Set(9'000, "a");
+  EXPECT_TRUE(IsHaltOfAllRobots(robot.Receive()));
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 2)), 3, 2)) << "once";
+}
+
+TEST_F(SharedPtyLinkTest, AHaltOfAllIsForgottenOnceSomebodyIsToResume) {
+  StartShared();
+  Peer robot(path_);
+  server_.link().Send({CommandTo(protocol::kBroadcastId, protocol::CommandCode::kHalt),
+                       CommandTo(3, protocol::CommandCode::kResume)});
+  SendUnheard(robot, 1);
+  permit_.Set(9'000, "a");
+  EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 2)), 3, 2));
+}
+
+LinkConfig HalfDuplexConfig() {
+  return {
+      .medium_access = true, .turnaround_ms = 2, .server_delay_ms = 200, .response_window_ms = 250};
+}
+
+TEST_F(SharedPtyLinkTest, AHaltOfAllThatThePermitIsTooShortForIsSentLater) {
+  permit_.Set(1'025, "a");  // 20 ms for drivers, 4 ms to turn round, and a byte takes a millisecond
+  StartShared(HalfDuplexConfig());
+  Peer robot(path_);
+  server_.link().Send({CommandTo(protocol::kBroadcastId, protocol::CommandCode::kHalt),
+                       CommandTo(3, protocol::CommandCode::kHalt)});
+  EXPECT_TRUE(Eventually([&] { return server_.link().counters().undeliverable == 1; }));
+  EXPECT_EQ(server_.link().counters().frames_out, 0u);
+  permit_.Set(9'000, "a");
+  EXPECT_TRUE(IsHaltOfAllRobots(robot.Receive()));
+}
+
+TEST_F(SharedPtyLinkTest, WhatWouldBeOnTheAirBeyondThePermitIsNotBegun) {
+  StartShared(HalfDuplexConfig());
   Peer robot(path_);
   protocol::Ping longer;
   longer.id = 3;
@@ -107,7 +168,7 @@ TEST_F(PtyLinkTest, WhatWouldBeOnTheAirBeyondThePermitIsNotBegun) {
   // 20 ms for drivers, 4 ms to turn round, and a little more than a millisecond for each byte.
   const uint64_t shorter_ms = 24 + 2 * Wire(PingOf(3, 1)).size();
   ASSERT_GT(24 + Wire(longer_ping).size(), shorter_ms);
-  permit.Set(1'000 + shorter_ms, "a");
+  permit_.Set(1'000 + shorter_ms, "a");
   std::optional<protocol::Message> echo;
   for (int i = 0; !echo && i < 20; ++i) {  // a busy machine may answer too late
     EXPECT_TRUE(robot.Send(longer_ping) && robot.Send(PingOf(3, 2)));

@@ -35,5 +35,18 @@ TEST(SendPermit, WhatIsClaimedEndsBeforeThePermitOrIsNotBegun) {
   EXPECT_EQ(permit.in_use_until_ms(), 1'100u);
 }
 
+TEST(SendPermit, WhatIsHeldIsInUseUntilItIsReleased) {
+  claim_now_ms = 1'000;
+  SendPermit permit([] { return claim_now_ms; });
+  permit.Set(1'100, "a");
+  permit.Hold();
+  EXPECT_TRUE(permit.Claim(milliseconds(10)));
+  permit.Set(0, "a");
+  claim_now_ms = 5'000;
+  EXPECT_EQ(permit.in_use_until_ms(), UINT64_MAX);
+  permit.Release();
+  EXPECT_EQ(permit.in_use_until_ms(), 1'030u);
+}
+
 }  // namespace
 }  // namespace pheromone::links

@@ -6,6 +6,7 @@
 #include <array>
 #include <cerrno>
 #include <optional>
+#include <span>
 #include <utility>
 #include <variant>
 
@@ -14,6 +15,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 
+#include "protocol/decoder.h"
 #include "protocol/messages.h"
 #include "server/base/counters.h"
 
@@ -39,6 +41,13 @@ bool IsHungUp(int descriptor) {
 bool HasUnread(int descriptor) {
   pollfd line = {descriptor, POLLIN, 0};
   return poll(&line, 1, 0) != 0;
+}
+
+// The whole ones.
+size_t CountFrames(std::span<const uint8_t> bytes) {
+  protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+  decoder.PushBlock(bytes.data(), bytes.size(), 0, [](const protocol::Message& /*message*/) {});
+  return decoder.counters().frames;
 }
 
 radio::Time At(Clock::time_point point) {
@@ -67,15 +76,23 @@ Session::Session(const asio::any_io_executor& strand, const ConversationOptions&
 
 void Session::MakeChannel() {
   channel_.emplace(options_.channel, [this](const protocol::Message& message) {
-    if (tapped_.tap != nullptr) {
+    if (is_refusing_) {
+      options_.on_refused(message);
+    } else if (tapped_.tap != nullptr) {
       tapped_.tap->Dropped(tapped_.line.link, message);
     }
   });
   counted_ = {};
 }
 
-void Session::TakeOver(const std::vector<radio::RoundMember>& members) {
+void Session::RefuseAll() {
+  is_refusing_ = true;
   channel_->DropAll();
+  is_refusing_ = false;
+}
+
+void Session::TakeOver(const std::vector<radio::RoundMember>& members) {
+  RefuseAll();
   CountWhatHappened();
   MakeChannel();
   channel_->Resume(members, At(Clock::now()));
@@ -235,14 +252,24 @@ bool Session::Claim(size_t bytes) {
   return options_.permit == nullptr || options_.permit->Claim(OnTheAir(bytes));
 }
 
+void Session::TellWrote(std::span<const uint8_t> bytes) {
+  if (tapped_.tap != nullptr) {
+    tapped_.tap->Wrote(tapped_.line, bytes);
+  }
+}
+
 // Claims directly before each call of the driver; all of it, since the driver may still have what
-// it took before. What is not permitted is not sent: a robot repeats its request, and a ROUND that
-// did not arrive is followed by another one.
+// it took before. What is not permitted is not sent: nothing at all, or less than all.
 asio::awaitable<error_code> Session::WritePermitted(std::span<const uint8_t> bytes, size_t* size) {
   error_code error;
   stream_.non_blocking(true, error);  // NOLINT(bugprone-unused-return-value)
   while (!error && *size < bytes.size() && Claim(bytes.size())) {
-    *size += stream_.write_some(asio::buffer(bytes.data() + *size, bytes.size() - *size), error);
+    const size_t written =
+        stream_.write_some(asio::buffer(bytes.data() + *size, bytes.size() - *size), error);
+    if (*size == 0 && written != 0) {
+      TellWrote(bytes);
+    }
+    *size += written;
     if (error == asio::error::would_block) {
       error.clear();
       co_await stream_.async_wait(asio::posix::stream_descriptor::wait_write,
@@ -268,7 +295,7 @@ asio::awaitable<std::string> Session::Write() {
       all_read_ = now;
     }
     if (!IsPermitted(0)) {
-      channel_->DropAll();
+      RefuseAll();
       wake_.expires_at(now + kBetweenAsking);
       co_await wake_.async_wait(asio::redirect_error(asio::use_awaitable, error));
       continue;
@@ -298,11 +325,10 @@ asio::awaitable<std::string> Session::Write() {
       }
     }
     Clock::time_point begin = Clock::now();
-    if (keyed && !Claim(0)) {
-      continue;
-    }
     if (keyed) {
-      co_await options_.port->Make([](Port& port) { port.Key(true); });
+      if (!co_await KeyUp()) {
+        continue;
+      }
       begin = Clock::now();
       if (options_.channel.timing.lead != radio::Duration::zero() && !ended_ && !closed_) {
         co_await PauseUntil(begin + options_.channel.timing.lead);
@@ -317,33 +343,59 @@ asio::awaitable<std::string> Session::Write() {
     }
     CountWhatHappened();
     if (keyed && !ended_ && !closed_) {
-      co_await options_.port->Make([](Port& port) { port.Key(false); });
+      co_await KeyDown();
     }
   }
   co_return "closed";
+}
+
+// False: it is not permitted. The permit is held until KeyDown, since a driver may take its time.
+asio::awaitable<bool> Session::KeyUp() {
+  if (options_.permit != nullptr) {
+    options_.permit->Hold();
+    if (!Claim(0)) {
+      options_.permit->Release();
+      co_return false;
+    }
+  }
+  co_await options_.port->Make([](Port& port) { port.Key(true); });
+  co_return true;
+}
+
+asio::awaitable<void> Session::KeyDown() {
+  co_await options_.port->Make([](Port& port) { port.Key(false); });
+  if (options_.permit != nullptr) {
+    options_.permit->Release();
+  }
 }
 
 // Returns why it failed; empty if it did not. With a line to key, returns when the last bit has
 // left and the tail is over. When it has left, the driver tells; but some tell too early, so it is
 // not before the bytes have had their time either.
 asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
-  error_code error;
-  if (out.bytes.empty() || !Claim(out.bytes.size())) {
+  if (out.bytes.empty()) {
     co_return "";
   }
-  if (tapped_.tap != nullptr) {
-    tapped_.tap->Wrote(tapped_.line, out.bytes);
-  }
   size_t size = 0;
+  error_code error;
   if (options_.permit == nullptr) {
+    TellWrote(out.bytes);
     size = co_await asio::async_write(stream_, asio::buffer(out.bytes),
                                       asio::redirect_error(asio::use_awaitable, error));
   } else {
     error = co_await WritePermitted(out.bytes, &size);
   }
+  if (size == 0 && !error) {
+    for (const protocol::Message& message : out.messages) {
+      options_.on_refused(message);
+    }
+    co_return "";
+  }
+  const size_t frames =
+      size == out.bytes.size() ? out.frames : CountFrames({out.bytes.data(), size});
   record_->Count([&](LinkCounters& counters) {
     counters.bytes_out += size;
-    counters.frames_out += error ? 0 : out.frames;
+    counters.frames_out += frames;
   });
   if (error) {
     co_return error.value() == EIO ? "the other side hung up" : error.message();

@@ -35,8 +35,11 @@ struct ConversationOptions {
   /// neither. Outlives the session. The transceiver is not unkeyed at the end of the session, but
   /// when the port is closed.
   PortCalls* port = nullptr;
-  /// Asked before each write; null: there is no need to. Outlives the session.
+  /// Asked before each write, and held while a driver keys the transmitter; null: there is no need
+  /// to. Outlives the session. Who closes the port releases it.
   SendPermit* permit = nullptr;
+  /// Called with each message that is not sent because of the permit.
+  std::function<void(const protocol::Message& message)> on_refused{};
 };
 
 class Session {
@@ -60,8 +63,8 @@ class Session {
   /// Sends a command or a deferred answer.
   void Send(const engine::Outgoing& outgoing);
 
-  /// From now on this server sends, as its permit says, and another one no more: drops what waits,
-  /// and goes on with the rounds of these robots.
+  /// From now on this server sends, as its permit says, and another one no more: refuses what
+  /// waits, and goes on with the rounds of these robots.
   void TakeOver(const std::vector<radio::RoundMember>& members);
 
   /// Ends Run, even if it has not begun.
@@ -82,14 +85,18 @@ class Session {
       boost::asio::awaitable<std::string> (Session::*loop)());
   boost::asio::awaitable<std::string> Read();
   boost::asio::awaitable<std::string> Write();
+  boost::asio::awaitable<bool> KeyUp();
+  boost::asio::awaitable<void> KeyDown();
   boost::asio::awaitable<std::string> Transmit(radio::Transmission out);
   boost::asio::awaitable<void> PauseUntil(Clock::time_point end);
   boost::asio::awaitable<boost::system::error_code> WritePermitted(std::span<const uint8_t> bytes,
                                                                    size_t* size);
+  void TellWrote(std::span<const uint8_t> bytes);
   bool IsPermitted(size_t bytes) const;
   bool Claim(size_t bytes);
   radio::Duration OnTheAir(size_t bytes) const;
   void MakeChannel();
+  void RefuseAll();
   void TakeBytes(std::span<const uint8_t> bytes);
   void Queue(const protocol::Message& message, std::optional<radio::Time> asked_at);
   void Wake();
@@ -108,6 +115,7 @@ class Session {
   Clock::time_point all_read_;  // what arrived before has been read
   std::vector<protocol::Message> batch_;
   std::vector<engine::Outgoing> answers_;
+  bool is_refusing_ = false;  // what the channel drops is refused
   bool closed_ = false;
   bool ended_ = false;            // one of reading and writing has
   std::exception_ptr exception_;  // with which it did

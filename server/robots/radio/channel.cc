@@ -29,6 +29,12 @@ void Append(const std::vector<uint8_t>& frame, Transmission* out) {
   ++out->frames;
 }
 
+void Append(const protocol::Message& message, const std::vector<uint8_t>& frame,
+            Transmission* out) {
+  Append(frame, out);
+  out->messages.push_back(message);
+}
+
 // What was not a whole frame.
 uint32_t Damaged(const protocol::DecoderCounters& counters) {
   return counters.crc_errors + counters.bad_escapes + counters.oversize + counters.runts +
@@ -232,7 +238,8 @@ void Channel::AppendRider(uint8_t id, Transmission* out) {
     return !it.asked_at && IsCommand(it.message) && it.message.id == id;
   });
   if (rider != queue_.end()) {
-    Append(Take(rider).bytes, out);
+    const Frame frame = Take(rider);
+    Append(frame.message, frame.bytes, out);
     awaits_ack_ = true;
   }
 }
@@ -251,7 +258,11 @@ void Channel::AppendRound(Time now, Transmission* out) {
     if (IsAcknowledged(command->message)) {
       acks.push_back(command->message.id);
     }
-    Append(Take(command).bytes, out);
+    const Frame frame = Take(command);
+    Append(frame.message, frame.bytes, out);
+  }
+  for (const protocol::Message& answer : rounds_.answers()) {
+    out->messages.push_back(answer);
   }
   for (const protocol::Message& message : rounds_.Compose(now, acks)) {
     if (!rounds_.coded()) {
@@ -280,7 +291,7 @@ Transmission Channel::Begin(Time now) {
   sent_round_ = false;
   if (!options_.half_duplex) {
     for (const Frame& frame : queue_) {
-      Append(frame.bytes, &out);
+      Append(frame.message, frame.bytes, &out);
     }
     queue_.clear();
     queued_bytes_ = 0;
@@ -288,7 +299,7 @@ Transmission Channel::Begin(Time now) {
     AppendRound(now, &out);
   } else {
     const Frame frame = Take(queue_.begin());
-    Append(frame.bytes, &out);
+    Append(frame.message, frame.bytes, &out);
     awaits_ack_ = IsAcknowledged(frame.message);
     if (frame.asked_at) {
       AppendRider(frame.message.id, &out);

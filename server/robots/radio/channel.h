@@ -54,6 +54,7 @@ struct ChannelCounters {
 struct Transmission {
   std::vector<uint8_t> bytes;
   size_t frames = 0;
+  std::vector<protocol::Message> messages{};  ///< what the engine gave of it: no ROUND
 };
 
 class Channel {

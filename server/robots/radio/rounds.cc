@@ -177,12 +177,20 @@ bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
   return false;
 }
 
-std::vector<protocol::Message> Rounds::DropAnswers() {
-  std::vector<protocol::Message> dropped;
-  for (Turn& turn : turns_) {
+std::vector<protocol::Message> Rounds::answers() const {
+  std::vector<protocol::Message> answers;
+  for (const Turn& turn : turns_) {
     if (turn.answer) {
-      dropped.push_back(*std::exchange(turn.answer, std::nullopt));
+      answers.push_back(*turn.answer);
     }
+  }
+  return answers;
+}
+
+std::vector<protocol::Message> Rounds::DropAnswers() {
+  std::vector<protocol::Message> dropped = answers();
+  for (Turn& turn : turns_) {
+    turn.answer.reset();
   }
   return dropped;
 }

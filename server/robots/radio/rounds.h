@@ -68,7 +68,9 @@ class Rounds {
   /// True if `answer`, to what was heard at `asked_at`, goes out with the next ROUND.
   bool TakeAnswer(const protocol::Message& answer, Time asked_at);
 
-  /// Forgets the answers that it has taken and not composed; returns them.
+  /// The answers that it has taken and not composed.
+  std::vector<protocol::Message> answers() const;
+  /// Forgets them; returns them.
   std::vector<protocol::Message> DropAnswers();
 
   /// Whether robots are given turns: from when there are two until there is none.

@@ -263,7 +263,7 @@ Result<config::ClusterSettings> ClusterSettingsOf(const ServerOptions& options, 
 std::string ConfigOfService(const ServerOptions& options) {
   const Result<ServerSocket> socket = ChooseSocket(options.socket);
   const std::string instance = socket.ok() ? InstanceOf(socket.value().path) : "";
-  return ServiceConfigOf(SocketOf(instance.empty() ? "pheromoned" : instance));
+  return ServiceConfigOf(instance.empty() ? "pheromoned" : instance);
 }
 
 }  // namespace

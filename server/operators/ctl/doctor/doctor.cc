@@ -101,7 +101,7 @@ int Examine(const ServerOptions& options, const std::string& config_file) {
   if (!config_file.empty()) {
     place.config_file = config_file;
   } else {
-    place.config_file = views ? TextAt(views->config, "file") : ServiceConfigOf(socket);
+    place.config_file = views ? TextAt(views->config, "file") : ServiceConfigOf(service);
   }
   if (const char* const state = std::getenv("STATE_DIRECTORY"); state != nullptr) {
     place.state_directory = state;

@@ -366,6 +366,31 @@ TEST_F(FieldApiTest, EveryCommandTakesAsManyBytesAsTheProtocolSays) {
   }
 }
 
+TEST_F(FieldApiTest, AHaltIsSentOnLinksThatAreUpAndOnWhichNoOtherServerSends) {
+  for (const char* const name : {"a", "b", "c"}) {
+    control::LinkView& link = control_.links.emplace_back();
+    link.name = name;
+    link.up = true;
+  }
+  control_.links[1].up = false;
+  control_.links[1].state = "unplugged";
+  control_.links[2].role = "standby";
+  control_.links[2].nodes = {"m", "n"};
+  control_.links[2].owner = "m";
+  const json::value answer = json::parse(Answer("halt", "").body);
+  EXPECT_EQ(answer.at("links"), (json::array{"a"}));
+  EXPECT_EQ(answer.at("down").at(0), (json::object{{"name", "b"},
+                                                   {"state", "unplugged"},
+                                                   {"role", "serves"},
+                                                   {"nodes", json::array{}},
+                                                   {"owner", nullptr}}));
+  EXPECT_EQ(answer.at("down").at(1), (json::object{{"name", "c"},
+                                                   {"state", ""},
+                                                   {"role", "standby"},
+                                                   {"nodes", json::array{"m", "n"}},
+                                                   {"owner", "m"}}));
+}
+
 TEST_F(FieldApiTest, WhatTheServerRefusesIsAConflictWithItsWords) {
   control_.outcome = Error{"no robot 7 has said HELLO on link \"a\""};
   const Response refused =

@@ -33,6 +33,15 @@ Response Outcome(const Status& status) {
   return status.ok() ? Done({}) : Refuse(409, {status.error(), "", ""});
 }
 
+// A link on which this server has not sent a halt.
+json::object DescribeUntold(const control::LinkView& link) {
+  return {{"name", link.name},
+          {"state", link.state},
+          {"role", link.role},
+          {"nodes", json::array(link.nodes.begin(), link.nodes.end())},
+          {"owner", link.owner.empty() ? json::value(nullptr) : json::value(link.owner)}};
+}
+
 // Notes are a list of strings: what was done, or what is pending.
 Response Outcome(const std::string& name, const Result<std::vector<std::string>>& notes) {
   return notes.ok() ? Done({{name, json::array(notes.value().begin(), notes.value().end())}})
@@ -301,10 +310,10 @@ void Halt(control::Control* control, Parameters* fields, Respond respond) {
         json::array told;
         json::array down;
         for (const control::LinkView& link : control->GetLinks()) {
-          if (link.up) {
+          if (link.up && link.role == "serves") {
             told.emplace_back(link.name);
           } else {
-            down.push_back({{"name", link.name}, {"state", link.state}});
+            down.push_back(DescribeUntold(link));
           }
         }
         respond(Done({{"links", std::move(told)}, {"down", std::move(down)}}));

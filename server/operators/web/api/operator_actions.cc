@@ -72,12 +72,18 @@ Words WordsOf(std::string_view name, const json::object& body, const json::objec
             PlaceOf(body)};
   }
   if (name == "halt") {
+    static const json::array none;
     const json::value* const links = answer.if_contains("links");
     const json::value* const down = answer.if_contains("down");
     const size_t told = links != nullptr && links->is_array() ? links->get_array().size() : 0;
-    const size_t missed = down != nullptr && down->is_array() ? down->get_array().size() : 0;
-    return {"halted all robots, on " + std::to_string(told) + " of " +
-                std::to_string(told + missed) + " links",
+    size_t here = told;
+    size_t others = 0;
+    for (const json::value& link : down != nullptr && down->is_array() ? down->get_array() : none) {
+      const std::string role = link.is_object() ? TextOf(link.get_object(), "role") : "";
+      ++(role == "standby" || role == "elsewhere" ? others : here);
+    }
+    return {"halted all robots, on " + std::to_string(told) + " of " + std::to_string(here) +
+                " links" + (others == 0 ? "" : "; other nodes send on " + std::to_string(others)),
             ""};
   }
   if (name == "command") {

@@ -106,6 +106,9 @@ TEST_F(QueriesTest, LinksTellWhyTheyAreDownAndWhatIsTriedOrHowLongTheyAreSilent)
   quiet.silent = true;
   quiet.silent_s = 61.5;
   down.terminal = "/dev/ttyUSB0";
+  quiet.role = "standby";
+  quiet.nodes = {"m", "n"};
+  quiet.owner = "m";
   control_.links = {down, quiet};
   const json::value view = Parsed(Get("/api/v1/links"));
   const json::value& first = view.at("links").as_array()[0];
@@ -115,7 +118,13 @@ TEST_F(QueriesTest, LinksTellWhyTheyAreDownAndWhatIsTriedOrHowLongTheyAreSilent)
   EXPECT_EQ(first.at("next_attempt_s").to_number<double>(), 2.5);
   EXPECT_TRUE(first.at("silent_s").is_null());
   EXPECT_FALSE(first.at("silent").as_bool());
+  EXPECT_EQ(first.at("role").as_string(), "serves");
+  EXPECT_EQ(first.at("nodes"), json::array{});
+  EXPECT_TRUE(first.at("owner").is_null());
   const json::value& second = view.at("links").as_array()[1];
+  EXPECT_EQ(second.at("role").as_string(), "standby");
+  EXPECT_EQ(second.at("nodes"), (json::array{"m", "n"}));
+  EXPECT_EQ(second.at("owner").as_string(), "m");
   EXPECT_EQ(second.at("failed_attempts").to_number<int>(), 0);
   EXPECT_TRUE(second.at("next_attempt_s").is_null());
   EXPECT_EQ(second.at("silent_s").to_number<double>(), 61.5);
