@@ -62,6 +62,28 @@ TEST(WheelOdometry, GoesOnFromAPose) {
   EXPECT_EQ(odometry.pose().heading, 0x8000);
 }
 
+// A loop may pause, or an encoder be coarse.
+TEST(WheelOdometry, AWayOfAnyLengthCountsInFull) {
+  for (const int16_t ticks : std::array<int16_t, 6>{131, 132, 263, 2'000, 32'767, -32'767}) {
+    WheelOdometry odometry(1'000'000, 100'000);  // a millimetre
+    odometry.Add(ticks, ticks);
+    EXPECT_EQ(odometry.pose().x_mm, ticks);
+    EXPECT_EQ(odometry.pose().y_mm, 0);
+    EXPECT_EQ(odometry.pose().heading, 0);
+  }
+  WheelOdometry coarse(10'000'000, 100'000);
+  coarse.Add(20'000, 20'000);
+  EXPECT_EQ(coarse.pose().x_mm, 200'000);
+}
+
+TEST(WheelOdometry, AWayOfAQuarterOfACircleIsNoStraightLine) {
+  WheelOdometry odometry(1'000'000, 100'000);
+  odometry.Add(1'492, 1'649);  // pi / 2 times 950 and 1050 mm
+  EXPECT_NEAR(odometry.pose().x_mm, 1'000, 3);
+  EXPECT_NEAR(odometry.pose().y_mm, 1'000, 3);
+  EXPECT_NEAR(odometry.pose().heading, 0x4000, 20);
+}
+
 // --- A modem. A ring of 63 bytes before a UART with a data and a shift register.
 
 // NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor): as Arduino's streams
