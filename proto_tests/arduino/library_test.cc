@@ -275,46 +275,74 @@ TEST(TwoWheels, FollowsEncodersThatWrap) {
 
 // --- Steppers: what leaves the pins. Pins 2 and 3 are the left motor's, 4 and 5 the right one's.
 
-TEST(Steppers, StepAsTheyAreToldAndRampAndCount) {
-  constexpr StepperConfig kConfig = {127'627, 150'000, 400, 600, {2, 3}, {4, 5}, 2};
-  Steppers wheels(kConfig);
-  pins.fill(LOW);
-  now_ms = 0;
-  wheels.begin();
-  std::array<int, 2> steps{};
-  const auto run = [&](int ms) {
+class SteppersTest : public testing::Test {
+ protected:
+  static constexpr double kStepMm = 0.127627;
+
+  explicit SteppersTest(int16_t acceleration_mm_s2 = 600)
+      : wheels_({127'627, 150'000, 400, acceleration_mm_s2, {2, 3}, {4, 5}, 2}) {
+    pins.fill(LOW);
+    now_ms = 0;
+    wheels_.begin();
+  }
+
+  void Run(int ms) {
     for (int tick = 0; tick < ms * 10; ++tick) {
       const std::array before = {pins[2], pins[4]};
-      wheels.tick();
-      steps[0] += before[0] == LOW && pins[2] == HIGH ? (pins[3] == LOW ? 1 : -1) : 0;
-      steps[1] += before[1] == LOW && pins[4] == HIGH ? (pins[5] == HIGH ? 1 : -1) : 0;
+      wheels_.tick();
+      steps_[0] += before[0] == LOW && pins[2] == HIGH ? (pins[3] == LOW ? 1 : -1) : 0;
+      steps_[1] += before[1] == LOW && pins[4] == HIGH ? (pins[5] == HIGH ? 1 : -1) : 0;
       if (tick % 10 == 9) {
         ++now_ms;
-        wheels.step(static_cast<uint16_t>(now_ms));
+        wheels_.step(static_cast<uint16_t>(now_ms));
       }
     }
-  };
-  wheels.set_wheel_speeds(300, -150);
-  run(250);
-  const std::array ramp = steps;
-  EXPECT_NEAR(ramp[0], 0.5 * 600 * 0.25 * 0.25 / 0.127627, 15) << "600 mm/s^2";
+  }
+
+  Steppers wheels_;
+  std::array<int, 2> steps_{};
+};
+
+TEST_F(SteppersTest, StepAsTheyAreToldAndRampAndCount) {
+  wheels_.set_wheel_speeds(300, -150);
+  Run(250);
+  const std::array ramp = steps_;
+  EXPECT_NEAR(ramp[0], 0.5 * 600 * 0.25 * 0.25 / kStepMm, 15) << "600 mm/s^2";
   EXPECT_NEAR(ramp[1], -ramp[0], 3);
-  run(750);
-  const std::array before = steps;
-  run(2'000);
-  EXPECT_NEAR((steps[0] - before[0]) * 0.127627 / 2, 300, 2);
-  EXPECT_NEAR((steps[1] - before[1]) * 0.127627 / 2, -150, 2);
+  Run(750);
+  const std::array before = steps_;
+  Run(2'000);
+  EXPECT_NEAR((steps_[0] - before[0]) * kStepMm / 2, 300, 2);
+  EXPECT_NEAR((steps_[1] - before[1]) * kStepMm / 2, -150, 2);
   client::Odometry pose{};
-  wheels.set_wheel_speeds(0, 0);
-  run(1'000);
-  ASSERT_TRUE(wheels.odometry(&pose));
-  const double turn = (steps[1] - steps[0]) * 0.127627 / 150;
+  wheels_.set_wheel_speeds(0, 0);
+  Run(1'000);
+  ASSERT_TRUE(wheels_.odometry(&pose));
+  const double turn = (steps_[1] - steps_[0]) * kStepMm / 150;
   EXPECT_NEAR(
       std::remainder(turn - pose.heading * 2 * std::numbers::pi / 65536, 2 * std::numbers::pi), 0,
       0.01);
-  const std::array stopped = steps;
-  run(100);
-  EXPECT_EQ(steps, stopped);
+  const std::array stopped = steps_;
+  Run(100);
+  EXPECT_EQ(steps_, stopped);
+}
+
+class SlowSteppersTest : public SteppersTest {
+ protected:
+  SlowSteppersTest() : SteppersTest(55) {}
+};
+
+// Less than a millimetre a second at a step of the control.
+TEST_F(SlowSteppersTest, RampUpAndDown) {
+  wheels_.set_wheel_speeds(110, 110);
+  Run(2'000);
+  EXPECT_NEAR(steps_[0] * kStepMm, 0.5 * 55 * 2 * 2, 3);
+  wheels_.set_wheel_speeds(0, 0);
+  Run(2'100);
+  EXPECT_NEAR(steps_[0] * kStepMm, 55 * 2 * 2, 6);
+  const std::array stopped = steps_;
+  Run(200);
+  EXPECT_EQ(steps_, stopped);
 }
 
 }  // namespace
