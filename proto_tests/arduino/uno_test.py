@@ -13,7 +13,6 @@ has lost its pose and its last request, and stands. What was made until then is 
 again, until there are enough changes.
 """
 
-import json
 import os
 import pathlib
 import random
@@ -28,6 +27,7 @@ import tty
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from operated_daemon import OperatedDaemon, await_that, check, write_config  # noqa: E402
+from operated_robot import OperatedRobot  # noqa: E402
 from stranger import wire  # noqa: E402
 from stranger.client import Client, Line  # noqa: E402
 from stranger.servers import connect  # noqa: E402
@@ -119,47 +119,27 @@ class Robot:
         self.process.send_signal(which)
 
 
-def known(daemon):
-    """What the server knows of the robot; None before it has said HELLO."""
-    status, text = daemon.call("GET", "/api/v1/clients")
-    check(status == 200, text)
-    robots = [it for it in json.loads(text)["clients"] if it["id"] == ROBOT and it["known"]]
-    return robots[0] if robots else None
-
-
-def command(daemon, name, *arguments):
-    def last():
-        return known(daemon)["last_command"] or {"seq": None}
-
-    before = last()["seq"]
-    status, text = daemon.call("POST", "/api/v1/command", {
-        "link": "radio-a", "id": ROBOT, "command": name, "arguments": list(arguments)})
-    check(status == 200, text)
-    await_that(lambda: last()["seq"] != before and last()["outcome"] != "pending",
-               f"{name} {arguments}")
-    check(last()["outcome"] == "accepted", str(last()))
-
-
 def run(bin_dir, program, image, kind, changes, folder):
     """How many changes were made."""
     write_config(folder, CONFIG)
     daemon = OperatedDaemon(bin_dir, folder)
+    operated = OperatedRobot(daemon, "radio-a", ROBOT)
     robot = None
     try:
         air = Air(folder / "radio-a.pty")
         robot = Robot(program, image, air, kind)
         await_that(lambda: air.nonces, "it says HELLO")
         check(air.nonces[0] == 1, f"the first nonce is {air.nonces[0]}")
-        await_that(lambda: known(daemon), "the server knows it")
+        await_that(lambda: operated.known(), "the server knows it")
         check(robot.x_m == 0, "it drives without having been resumed")
-        command(daemon, "resume")
+        operated.command("resume")
         await_that(lambda: robot.x_m > 0.5, "it follows the path")
         check(abs(robot.y_m - 0.05) < 0.1, f"off the path: {robot.y_m}")
-        command(daemon, "halt")
+        operated.command("halt")
         await_that(lambda: robot.stands, "it stands")
-        command(daemon, "set", 8, 0)
-        command(daemon, "set", 1, MARKS)
-        command(daemon, "set", 3, 1)
+        operated.command("set", 8, 0)
+        operated.command("set", 1, MARKS)
+        operated.command("set", 3, 1)
         await_that(lambda: air.numbers > 0, "it deposits")
 
         air.loss = 0.004
@@ -172,7 +152,7 @@ def run(bin_dir, program, image, kind, changes, folder):
         air.loss = 0.0
         whole = len(set(air.nonces)) == 1
         if whole:
-            command(daemon, "set", 3, 0)
+            operated.command("set", 3, 0)
             await_that(lambda: air.answered == air.last, "its last change is answered")
         with Line(connect(f"udp:127.0.0.1:{daemon.udp_port()}")) as line:
             stranger = Client(line, 99)
@@ -192,7 +172,7 @@ def run(bin_dir, program, image, kind, changes, folder):
         robot.signal(signal.SIGUSR2)
         await_that(lambda: air.nonces[-1] != 1, "it boots")
         check(air.nonces[-1] > 1, "its boot number was used before")
-        command(daemon, "set", 3, 1)
+        operated.command("set", 3, 1)
         numbers = air.numbers
         await_that(lambda: air.numbers > numbers, "its other settings are those it was told")
         robot.signal(signal.SIGTERM)

@@ -1,6 +1,12 @@
 #include "client_fw/boards/arduino/facade.h"
 
 #include <stddef.h>
+#ifdef ESP32
+#include <esp_system.h>
+#endif
+#ifdef ESP8266
+#include <user_interface.h>
+#endif
 
 #include "protocol/crc16.h"
 
@@ -12,8 +18,8 @@ struct Place {
   void* at;
 };
 
-// What outlives a reset that keeps memory. A bootloader hides the cause of a reset from the sketch,
-// so what is found decides: after power-up it passes for whole once in 2^48 times.
+// What outlives a reset that keeps memory. An AVR's bootloader hides the cause of a reset from the
+// sketch, so what is found decides: after power-up it passes for whole once in 2^48 times.
 struct WarmMemory {
   uint32_t guard;
   client::RequestMemory requests;
@@ -27,6 +33,19 @@ WarmMemory memory __attribute__((section(".noinit")));
 #else
 WarmMemory memory;
 #endif
+
+// Elsewhere no memory is kept, and the robot is where it was put only if it was switched on there.
+bool WasSwitchedOn() {
+#if defined(__AVR__)
+  return true;
+#elif defined(ESP32)
+  return esp_reset_reason() == ESP_RST_POWERON;
+#elif defined(ESP8266)
+  return ESP.getResetInfoPtr()->reason == REASON_DEFAULT_RST;
+#else
+  return false;
+#endif
+}
 
 uint16_t CheckOf(const client::Odometry& odometry) {
   return static_cast<uint16_t>(
@@ -82,7 +101,7 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
     }
   } else {
     // In the middle of a change, by a reset: it may be anywhere.
-    parameters_.pose_lost = memory.guard == kGuard;
+    parameters_.pose_lost = memory.guard == kGuard || !WasSwitchedOn();
     // Saving once more gives a number that no boot has used before: our nonce.
     PackSettings(parameters_, packed);
     board_.save_settings(packed, sizeof(packed));

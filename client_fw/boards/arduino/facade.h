@@ -16,8 +16,9 @@
 //
 // One robot a sketch. Settings are those of the sketch until one is changed over the radio; then
 // they are kept in EEPROM, and hold until the sketch's settings change. After a reset that kept
-// memory, of an AVR by button or watchdog, requests and odometry go on where they were. Otherwise
-// the robot is at `start`. After either it is halted until it is resumed.
+// memory, of an AVR by button or watchdog, requests and odometry go on where they were. After
+// power-up the robot is at `start`; after another reset of an ESP its pose is lost. After each it
+// is halted until it is resumed.
 #pragma once
 
 #include <Arduino.h>
