@@ -1,6 +1,7 @@
-// The Arduino library's own code on a clock that the test moves: when a modem is keyed, how wheels
-// are driven, and where odometry says they went.
+// The Arduino library's own code on a clock that the test moves: when a modem is keyed, whose
+// datagrams count, how wheels are driven, and where odometry says they went.
 #include <Arduino.h>
+#include <IPAddress.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,11 +12,13 @@
 #include <numbers>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include "client_fw/boards/arduino/odometry.h"
 #include "client_fw/boards/arduino/serial_link.h"
 #include "client_fw/boards/arduino/steppers.h"
 #include "client_fw/boards/arduino/two_wheels.h"
+#include "client_fw/boards/arduino/udp_link.h"
 
 namespace pheromone::arduino {
 namespace {
@@ -169,6 +172,59 @@ TEST(PheromoneSerial, LeavesPinsAloneWithoutAKey) {
   for (const int pin : pins) {
     EXPECT_EQ(pin, 7);
   }
+}
+
+// --- A network
+
+// Reads as an ESP32's: there is no next datagram before this one was read to its end.
+class FakeUdp {
+ public:
+  struct Datagram {
+    IPAddress from;
+    uint16_t port;
+    std::vector<uint8_t> bytes;
+  };
+
+  void begin(uint16_t /*port*/) {}
+  int beginPacket(IPAddress /*to*/, uint16_t /*port*/) { return 1; }
+  size_t write(uint8_t /*byte*/) { return 1; }
+  int endPacket() { return 1; }
+  int parsePacket() {
+    if (waiting.empty() || available() != 0) {
+      return 0;
+    }
+    now_ = waiting.front();
+    waiting.pop_front();
+    read_ = 0;
+    return available();
+  }
+  int available() { return static_cast<int>(now_.bytes.size() - read_); }
+  int read() { return available() != 0 ? now_.bytes[read_++] : -1; }
+  IPAddress remoteIP() { return now_.from; }
+  uint16_t remotePort() { return now_.port; }
+
+  std::deque<Datagram> waiting;
+
+ private:
+  Datagram now_{{0, 0, 0, 0}, 0, {}};
+  size_t read_ = 0;
+};
+
+TEST(PheromoneUdp, HearsTheServerOnly) {
+  const IPAddress server(192, 168, 4, 1);
+  const IPAddress other(192, 168, 4, 2);
+  FakeUdp udp;
+  PheromoneUdp<FakeUdp> link(udp, server, 4950);
+  EXPECT_EQ(link.get(), -1);
+  udp.waiting = {{other, 4950, {1, 2}}, {server, 4950, {3, 4}}, {server, 4951, {5}},
+                 {other, 4951, {6, 7}}, {server, 4950, {8}},    {other, 4950, {9}}};
+  std::vector<int> heard;
+  for (int turn = 0; turn < 10; ++turn) {  // of the loop
+    for (int byte = link.get(); byte >= 0; byte = link.get()) {
+      heard.push_back(byte);
+    }
+  }
+  EXPECT_EQ(heard, (std::vector<int>{3, 4, 8}));
 }
 
 // --- Motors: 0.6 m/s at full power and a lag of 80 ms, with encoders of `tick_m`.
