@@ -1,6 +1,5 @@
 #include "client_fw/boards/arduino/facade.h"
 
-#include <stddef.h>
 #ifdef ESP32
 #include <esp_system.h>
 #endif
@@ -8,15 +7,12 @@
 #include <user_interface.h>
 #endif
 
+#include "client_fw/boards/boot.h"
 #include "protocol/crc16.h"
 
 namespace pheromone {
 namespace arduino {
 namespace {
-
-struct Place {
-  void* at;
-};
 
 // What outlives a reset that keeps memory. An AVR's bootloader hides the cause of a reset from the
 // sketch, so what is found decides: after power-up it passes for whole once in 2^48 times.
@@ -48,8 +44,7 @@ bool WasSwitchedOn() {
 }
 
 uint16_t CheckOf(const client::Odometry& odometry) {
-  return static_cast<uint16_t>(
-      ~protocol::Crc16(reinterpret_cast<const uint8_t*>(&odometry), sizeof(odometry)));
+  return protocol::Check(&odometry, sizeof(odometry));
 }
 
 void PutCrc(uint16_t crc, uint8_t* to) {
@@ -58,16 +53,6 @@ void PutCrc(uint16_t crc, uint8_t* to) {
 }
 
 }  // namespace
-}  // namespace arduino
-}  // namespace pheromone
-
-// There is no <new> on an AVR.
-inline void* operator new(size_t /*size*/, pheromone::arduino::Place place) noexcept {
-  return place.at;
-}
-
-namespace pheromone {
-namespace arduino {
 
 void ArduinoBoard::save_settings(const uint8_t* bytes, uint8_t size) {
   uint8_t payload[client::kSettingsSize + 2];
@@ -102,16 +87,7 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
   } else {
     // In the middle of a change, by a reset: it may be anywhere.
     parameters_.pose_lost = memory.guard == kGuard || !WasSwitchedOn();
-    // Saving once more gives a number that no boot has used before: our nonce.
-    PackSettings(parameters_, packed);
-    board_.save_settings(packed, sizeof(packed));
-    while (!board_.stored.saved()) {
-      board_.stored.Step();
-    }
-    Storage::Commit();
-    memory.requests = client::RequestMemory();
-    memory.requests.nonce = board_.stored.version();
-    Seal(&memory.requests);
+    client::StartCold(&board_, parameters_, &memory.requests);
     memory.odometry = client::Odometry{0, 0, 0};
     memory.crc =
         static_cast<uint16_t>(CheckOf(memory.odometry) + (parameters_.pose_lost ? 1u : 0u));
@@ -123,7 +99,7 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
   link.begin(&parameters_);
   link.set_keying(parameters_.ptt_lead_ms, parameters_.ptt_tail_ms);
   alignas(Robot) static uint8_t place[sizeof(Robot)];
-  robot_ = new (Place{place}) Robot(&board_, &wheels, parameters_, &memory.requests);
+  robot_ = new (client::Place{place}) Robot(&board_, &wheels, parameters_, &memory.requests);
 }
 
 void Pheromone::step() {
@@ -133,12 +109,7 @@ void Pheromone::step() {
     memory.crc = CheckOf(memory.odometry);
   }
   robot_->Step();
-  if (!board_.stored.saved()) {
-    board_.stored.Step();
-    if (board_.stored.saved()) {
-      Storage::Commit();
-    }
-  }
+  board_.EndTurn();
 }
 
 Sensed Pheromone::sensed() const {

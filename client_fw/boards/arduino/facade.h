@@ -42,7 +42,7 @@ struct Sensed {
   int16_t right;
 };
 
-/// The Board of client_fw/core/robot.h.
+/// The Board of client_fw/core/robot.h and client_fw/boards/boot.h.
 class ArduinoBoard {
  public:
   int radio_get() { return link->get(); }
@@ -53,6 +53,17 @@ class ArduinoBoard {
   void set_load(bool on) { Set(load_pin, on); }
   void set_led(bool on) { Set(led_pin, on); }
   void save_settings(const uint8_t* bytes, uint8_t size);
+  bool saved() const { return stored.saved(); }
+  uint16_t saves() const { return stored.version(); }
+  /// Writes what is to be saved.
+  void EndTurn() {
+    if (!saved()) {
+      stored.Step();
+      if (saved()) {
+        Storage::Commit();
+      }
+    }
+  }
   /// An Arduino's bootloader and core keep all of them to themselves.
   uint16_t diagnostic(uint8_t /*id*/) const { return 0; }
 

@@ -11,11 +11,8 @@ namespace {
 static_assert(sizeof(RequestMemory) < offsetof(RequestMemory, crc) + 2 + alignof(RequestMemory),
               "nothing is behind the CRC but padding");
 
-// Not the plain CRC, which memory full of zeros would pass.
 uint16_t CheckOf(const RequestMemory& memory) {
-  const uint16_t crc =
-      protocol::Crc16(reinterpret_cast<const uint8_t*>(&memory), offsetof(RequestMemory, crc));
-  return static_cast<uint16_t>(~crc);
+  return protocol::Check(&memory, offsetof(RequestMemory, crc));
 }
 
 }  // namespace
