@@ -8,6 +8,8 @@
 #endif
 
 #include "client_fw/boards/boot.h"
+#include "client_fw/core/requests/request_memory.h"
+#include "client_fw/core/robot.h"
 #include "protocol/crc16.h"
 
 namespace pheromone {
@@ -29,6 +31,14 @@ WarmMemory memory __attribute__((section(".noinit")));
 #else
 WarmMemory memory;
 #endif
+
+// At an address that the compiler knows, which is shorter than by a pointer. begin() constructs it.
+using Robot = client::Robot<ArduinoBoard, PheromoneWheels>;
+union RobotPlace {
+  constexpr RobotPlace() : none(0) {}
+  uint8_t none;
+  Robot robot;
+} place;
 
 // Elsewhere no memory is kept, and the robot is where it was put only if it was switched on there.
 bool WasSwitchedOn() {
@@ -98,8 +108,7 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
   parameters_.start = start;
   link.begin(&parameters_);
   link.set_keying(parameters_.ptt_lead_ms, parameters_.ptt_tail_ms);
-  alignas(Robot) static uint8_t place[sizeof(Robot)];
-  robot_ = new (client::Place{place}) Robot(&board_, &wheels, parameters_, &memory.requests);
+  new (client::Place{&place.robot}) Robot(&board_, &wheels, parameters_, &memory.requests);
 }
 
 void Pheromone::step() {
@@ -108,13 +117,17 @@ void Pheromone::step() {
       (stop_flags() & client::kPoseLost) == 0) {
     memory.crc = CheckOf(memory.odometry);
   }
-  robot_->Step();
+  place.robot.Step();
   board_.EndTurn();
 }
 
 Sensed Pheromone::sensed() const {
-  const client::BehaviourState& state = robot_->conversation().state();
+  const client::BehaviourState& state = place.robot.conversation().state();
   return Sensed{state.p_left, state.p_right};
+}
+
+uint8_t Pheromone::stop_flags() const {
+  return place.robot.conversation().state().flags;
 }
 
 }  // namespace arduino

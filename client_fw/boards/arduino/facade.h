@@ -29,8 +29,7 @@
 #include "client_fw/boards/arduino/wheels.h"
 #include "client_fw/boards/nonvolatile.h"
 #include "client_fw/core/base/moment.h"
-#include "client_fw/core/requests/request_memory.h"
-#include "client_fw/core/robot.h"
+#include "client_fw/core/steering/behaviour.h"
 #include "client_fw/core/steering/parameters.h"
 
 namespace pheromone {
@@ -103,13 +102,9 @@ class Pheromone {
   /// As last received; 0 before.
   Sensed sensed() const;
   /// A set of client::StopFlag: why it stands; 0 while it drives.
-  uint8_t stop_flags() const { return robot_->conversation().state().flags; }
-  /// Requests answered, of those sent, since begin(); both wrap.
-  const client::Conversation& conversation() const { return robot_->conversation(); }
+  uint8_t stop_flags() const;
 
  private:
-  using Robot = client::Robot<ArduinoBoard, PheromoneWheels>;
-
   static int8_t Output(uint8_t pin) {
     pinMode(pin, OUTPUT);
     return static_cast<int8_t>(pin);
@@ -118,7 +113,6 @@ class Pheromone {
   ArduinoBoard board_;
   PheromoneWheels* wheels_ = nullptr;
   client::Parameters parameters_;
-  Robot* robot_ = nullptr;
   uint8_t id_;
 };
 
