@@ -15,8 +15,8 @@ struct Place {
   void* at;
 };
 
-/// Forgets all requests. Saving the settings once more gives a number that no boot has used before:
-/// the nonce.
+/// Forgets all requests; Conversation seals that. Saving the settings once more gives a number that
+/// no boot has used before: the nonce.
 template <class Board>
 void StartCold(Board* board, const Settings& settings, RequestMemory* requests) {
   *requests = RequestMemory();
@@ -27,7 +27,6 @@ void StartCold(Board* board, const Settings& settings, RequestMemory* requests) 
     board->EndTurn();
   }
   requests->nonce = board->saves();
-  Seal(requests);
 }
 
 }  // namespace client

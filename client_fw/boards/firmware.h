@@ -69,7 +69,7 @@ __attribute__((noreturn)) void RunFirmware(Board* board, WarmMemory* memory) {
     UnpackSettings(packed, &parameters);
   }
   RequestMemory* const requests = &memory->requests;
-  if (!board->ram_was_kept() || !Trusted(*requests)) {
+  if (!board->ram_was_kept() || !Restore(requests)) {
     parameters.pose_lost = (board->diagnostic(kResetCause) & kPowerOnReset) == 0;
     memory->track = PioneerTrack();
     memory->has_track = false;

@@ -88,14 +88,14 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
     client::UnpackSettings(payload, &parameters_);
   }
   wheels.begin();
-  if (memory.guard == kGuard && Trusted(memory.requests)) {
+  if (memory.guard == kGuard && Restore(&memory.requests)) {
     if (memory.crc == CheckOf(memory.odometry)) {
       wheels.resume(memory.odometry);
     } else {
       parameters_.pose_lost = true;
     }
   } else {
-    // In the middle of a change, by a reset: it may be anywhere.
+    // Damaged: it may be anywhere.
     parameters_.pose_lost = memory.guard == kGuard || !WasSwitchedOn();
     client::StartCold(&board_, parameters_, &memory.requests);
     memory.odometry = client::Odometry{0, 0, 0};
@@ -112,10 +112,13 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
 }
 
 void Pheromone::step() {
+  client::Odometry odometry;
   // A pose that is lost stays so over a reset.
-  if (wheels_->step(static_cast<uint16_t>(millis())) && wheels_->odometry(&memory.odometry) &&
+  if (wheels_->step(static_cast<uint16_t>(millis())) && wheels_->odometry(&odometry) &&
       (stop_flags() & client::kPoseLost) == 0) {
-    memory.crc = CheckOf(memory.odometry);
+    const uint16_t crc = CheckOf(odometry);
+    memory.odometry = odometry;  // at once: by a reset in between the pose is lost
+    memory.crc = crc;
   }
   place.robot.Step();
   board_.EndTurn();
