@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""client_fw/attach/own_robot.cc: it stands until it may drive, follows the server's path, and obeys.
+"""client_fw/attach/own_robot.cc: it stands until it may drive, follows the server's path, obeys, and
+stops its wheels when it ends.
 
     own_robot_test.py BIN_DIR
 """
 
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -30,7 +32,8 @@ class OwnRobotTest(unittest.TestCase):
         robot = subprocess.Popen(["stdbuf", "-oL", BIN / "own_robot",
                                   f"udp:127.0.0.1:{daemon.udp_port()}", "7"],
                                  stdout=subprocess.PIPE, text=True)
-        self.addCleanup(robot.communicate)
+        self.addCleanup(robot.wait)
+        self.addCleanup(robot.stdout.close)
         self.addCleanup(robot.kill)
 
         def place_mm():
@@ -39,10 +42,12 @@ class OwnRobotTest(unittest.TestCase):
         def drives_to(x_mm):
             while place_mm()[0] < x_mm:
                 pass
+
         def resume():
             done = subprocess.run([BIN / "pheromonectl", "command", "udp", "7", "resume"], cwd=folder,
                                   text=True, capture_output=True, check=False)
             self.assertEqual(done.returncode, 0, done)
+
         self.assertEqual(place_mm(), [0, 0])
         resume()
         drives_to(600)
@@ -52,12 +57,16 @@ class OwnRobotTest(unittest.TestCase):
             before, now = now, place_mm()
         resume()
         drives_to(now[0] + 200)
+        robot.send_signal(signal.SIGINT)
+        last = robot.stdout.read().splitlines()[-1]
+        self.assertEqual((robot.wait(), last[last.index("rad"):]), (0, "rad, 0 0 mm/s"))
 
-    def test_what_is_no_address_is_told(self):
-        done = subprocess.run([BIN / "own_robot", "udp:nowhere"], text=True, capture_output=True,
-                              check=False)
-        self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertIn("own_robot: ", done.stderr)
+    def test_what_is_no_address_or_id_is_told(self):
+        for arguments in (["udp:nowhere"], ["udp:127.0.0.1:4951", "0"], ["udp:127.0.0.1:4951", "300"]):
+            done = subprocess.run([BIN / "own_robot", *arguments], text=True, capture_output=True,
+                                  check=False, timeout=60)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
+            self.assertIn("own_robot: ", done.stderr)
 
 
 if __name__ == "__main__":

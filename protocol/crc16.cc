@@ -45,5 +45,9 @@ uint16_t Crc16(const uint8_t* bytes, size_t size) {
   return crc;
 }
 
+uint16_t Check(const void* memory, size_t size) {
+  return static_cast<uint16_t>(~Crc16(static_cast<const uint8_t*>(memory), size));
+}
+
 }  // namespace protocol
 }  // namespace pheromone

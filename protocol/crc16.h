@@ -21,5 +21,9 @@ uint16_t Crc16Update(uint16_t crc, uint8_t byte);
 /// The CRC of `size` bytes.
 uint16_t Crc16(const uint8_t* bytes, size_t size);
 
+/// What a piece of memory is kept with: the complement of its CRC. (Memory full of zeros would pass
+/// the plain one.)
+uint16_t Check(const void* memory, size_t size);
+
 }  // namespace protocol
 }  // namespace pheromone

@@ -412,10 +412,10 @@ class FieldValues {
  public:
   template <typename Field>
   void Add(const char* /*name*/, Field field) {
-    values_[size_++ % kMost] = static_cast<int32_t>(field);
+    values_[size_++ % kMax] = static_cast<int32_t>(field);
   }
   bool operator==(const FieldValues& other) const {
-    for (uint8_t i = 0; i < size_ && i < kMost; ++i) {
+    for (uint8_t i = 0; i < size_ && i < kMax; ++i) {
       if (values_[i] != other.values_[i]) {
         return false;
       }
@@ -424,8 +424,8 @@ class FieldValues {
   }
 
  private:
-  static constexpr uint8_t kMost = 64;  // the longest SYMBOL has 61
-  int32_t values_[kMost] = {};
+  static constexpr uint8_t kMax = 64;  // the longest SYMBOL has 61
+  int32_t values_[kMax] = {};
   uint8_t size_ = 0;
 };
 

@@ -3,9 +3,13 @@
 //
 //   own_robot udp:127.0.0.1:4951 7         the server's UDP link, and the robot's ID
 //   pheromonectl command LINK 7 resume     until then it stands
+//
+// Ctrl-C stops the wheels, and then the program.
 #include <unistd.h>
 
 #include <cmath>
+#include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <random>
@@ -36,7 +40,10 @@ class Wheels {
     heading_rad_ += (right_mm_s_ - left_mm_s_) / kTrackMm * seconds;
     x_mm_ += forward_mm * std::cos(heading_rad_), y_mm_ += forward_mm * std::sin(heading_rad_);
   }
-  void Print() const { std::printf("%.0f %.0f mm, %.2f rad\n", x_mm_, y_mm_, heading_rad_); }
+  void Print() const {
+    std::printf("%.0f %.0f mm, %.2f rad, %d %d mm/s\n", x_mm_, y_mm_, heading_rad_, left_mm_s_,
+                right_mm_s_);
+  }
 
  private:
   static constexpr double kTrackMm = 330;
@@ -50,8 +57,13 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "own_robot: %s\n", address.error().c_str());
     return 2;
   }
+  const int id = argc > 2 ? std::atoi(argv[2]) : 1;
+  if (id < 1 || id > 254) {
+    std::fprintf(stderr, "own_robot: %s: a robot's ID is 1 to 254\n", argv[2]);
+    return 2;
+  }
   Parameters parameters;  // the firmware's settings, and:
-  parameters.id = static_cast<uint8_t>(argc > 2 ? std::atoi(argv[2]) : 1);
+  parameters.id = static_cast<uint8_t>(id);
   parameters.boot_counter = static_cast<uint16_t>(std::random_device{}());  // another one each time
   parameters.buffered_link = true, parameters.gap_timeout_ms = 0, parameters.rounds = false;
   parameters.type = 2;                          // the pheromone "path"
@@ -60,11 +72,12 @@ int main(int argc, char** argv) {
   pheromone::attach::Connection server(address.value());
   HostBoard board;
   Wheels wheels;
-  RequestMemory memory;
+  RequestMemory memory{};
   Robot<HostBoard, Wheels> robot(&board, &wheels, parameters, &memory);
   uint8_t frame[kMaxClientFrame];
+  const volatile std::sig_atomic_t* const stop = pheromone::StopOnSignals();
   const int64_t begin_ns = pheromone::MonotonicNs();
-  for (int64_t now_ms = 0, last_ms = 0;; last_ms = now_ms) {
+  for (int64_t now_ms = 0, last_ms = 0; *stop == 0; last_ms = now_ms) {
     usleep(1000);
     now_ms = (pheromone::MonotonicNs() - begin_ns) / 1'000'000;
     server.Advance(now_ms);
@@ -82,4 +95,6 @@ int main(int argc, char** argv) {
       wheels.Print();
     }
   }
+  wheels.emergency_stop();
+  wheels.Print();
 }

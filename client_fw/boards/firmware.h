@@ -29,9 +29,9 @@
 // everything else, such as a sagging supply, it does not know where it is, says so, and stands.
 #pragma once
 
-#include <stddef.h>
 #include <stdint.h>
 
+#include "client_fw/boards/boot.h"
 #include "client_fw/core/pioneer/pioneer_drive.h"
 #include "client_fw/core/requests/request_memory.h"
 #include "client_fw/core/robot.h"
@@ -50,9 +50,8 @@ struct WarmMemory {
 };
 
 inline uint16_t CheckOfTrack(const WarmMemory& memory) {
-  const uint16_t crc =
-      protocol::Crc16(reinterpret_cast<const uint8_t*>(&memory.track), sizeof(memory.track));
-  return static_cast<uint16_t>(memory.has_track ? ~crc : crc ^ 0x5555u);
+  const uint16_t check = protocol::Check(&memory.track, sizeof(memory.track));
+  return static_cast<uint16_t>(memory.has_track ? check : check ^ 0xAAAAu);
 }
 
 /// The client that follows pheromones.
@@ -60,21 +59,6 @@ struct FollowTask : NoTask {
   explicit FollowTask(const Parameters& /*parameters*/) {}
   static void Prepare(Parameters* /*parameters*/) {}
 };
-
-struct Place {
-  void* at;
-};
-
-}  // namespace client
-}  // namespace pheromone
-
-/// Constructs an object in existing memory. (There is no <new> without a C++ library.)
-inline void* operator new(size_t /*size*/, pheromone::client::Place place) noexcept {
-  return place.at;
-}
-
-namespace pheromone {
-namespace client {
 
 template <class Task = FollowTask, class Board>
 __attribute__((noreturn)) void RunFirmware(Board* board, WarmMemory* memory) {
@@ -85,20 +69,12 @@ __attribute__((noreturn)) void RunFirmware(Board* board, WarmMemory* memory) {
     UnpackSettings(packed, &parameters);
   }
   RequestMemory* const requests = &memory->requests;
-  if (!board->ram_was_kept() || !Trusted(*requests)) {
+  if (!board->ram_was_kept() || !Restore(requests)) {
     parameters.pose_lost = (board->diagnostic(kResetCause) & kPowerOnReset) == 0;
-    *requests = RequestMemory();
     memory->track = PioneerTrack();
     memory->has_track = false;
     memory->track_crc = CheckOfTrack(*memory);
-    // Saving them once more gives a number that no boot has used before: our nonce.
-    PackSettings(parameters, packed);
-    board->save_settings(packed, sizeof(packed));
-    while (!board->saved()) {
-      board->EndTurn();
-    }
-    requests->nonce = board->saves();
-    Seal(requests);
+    StartCold(board, parameters, requests);
   } else if (memory->track_crc != CheckOfTrack(*memory)) {
     parameters.pose_lost = true;
     memory->has_track = false;

@@ -24,7 +24,7 @@
 //   bool Ready();                           no write is in progress
 //   void Write(uint8_t at, uint8_t value);  starts one; only when Ready
 //
-// One loop; not for interrupts. C++14 without its library.
+// One loop; not for interrupts. C++11 without its library.
 #pragma once
 
 #include <stdint.h>
@@ -105,10 +105,8 @@ class Nonvolatile {
     return static_cast<uint8_t>(slot * kRecordSize + offset);
   }
 
-  // Not the plain CRC, which memory full of zeros would pass.
   static uint16_t CheckOf(const Record& record) {
-    return static_cast<uint16_t>(
-        ~protocol::Crc16(reinterpret_cast<const uint8_t*>(&record), kRecordSize - 2));
+    return protocol::Check(&record, kRecordSize - 2);
   }
 
   Record record_ = {};

@@ -20,11 +20,12 @@ constexpr uint16_t kLongestStepMs = 0x7FFF;
 RequestMemory* Continue(const Parameters& parameters, RequestMemory* memory) {
   if (!memory->in_use || memory->nonce != parameters.boot_counter || memory->length > kMaxPending ||
       memory->tag_length > kMaxTagRequest) {
-    *memory = RequestMemory();
+    static_cast<RequestValues&>(*memory) = RequestValues();
     memory->in_use = true;
     memory->nonce = parameters.boot_counter;
     memory->start = parameters.start;
   }
+  Seal(memory);
   return memory;
 }
 

@@ -190,7 +190,7 @@ class Conversation : private ConversationState {
   void TellCounter(uint8_t id);
   const Parameters& parameters() const { return behaviour_.state().parameters; }
 
-  void Count(unsigned Counters::*which) {
+  void Count(unsigned ConversationCounters::*which) {
     if (kAllCounters || which == &Counters::requests || which == &Counters::timeouts) {
       ++(counters_.*which);
     }
@@ -201,7 +201,7 @@ class Conversation : private ConversationState {
   Behaviour behaviour_;
   RequestMemory* memory_;
   TagExchange* exchange_ = nullptr;  // the last one asked for
-  Counters counters_ = Counters();
+  ConversationCounters counters_ = ConversationCounters();
 };
 
 }  // namespace client

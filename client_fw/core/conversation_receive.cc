@@ -233,7 +233,8 @@ void Conversation::TellCounter(uint8_t id) {
 }
 
 Counters Conversation::counters() const {
-  Counters all = counters_;
+  Counters all = Counters();
+  static_cast<ConversationCounters&>(all) = counters_;
   static_cast<BehaviourCounters&>(all) = static_cast<const BehaviourCounters&>(state());
   static_cast<MediumCounters&>(all) = medium_.state().counters;
   return all;

@@ -75,11 +75,11 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
       return false;
     }
   }
+  Seal(memory_);
   if (attempt_ != 0) {
     Count(&Counters::retries);
   }
   if (IsTag(opcode)) {
-    Seal(memory_);
     SendTagRequest(opcode);
     return true;
   }
@@ -87,7 +87,6 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
     Count(&Counters::requests);
     timers_[kPeriod] = PeriodMs();  // from here, so that it moves to where the channel is free
   }
-  Seal(memory_);
   const bool pending = opcode == memory_->opcode;
   Send(opcode, pending ? memory_->data : fresh_, pending ? memory_->length : fresh_length_);
   return true;

@@ -9,8 +9,8 @@
 namespace pheromone {
 namespace client {
 
-struct Counters : BehaviourCounters, MediumCounters {  // plain memory: Counters() is all zero
-  unsigned requests;                                   ///< SENSE and TRACE sent, retries included
+struct ConversationCounters {  // plain memory: ConversationCounters() is all zero
+  unsigned requests;           ///< SENSE and TRACE sent, retries included
   unsigned answers;            ///< intensities received in answer to one of them
   unsigned stale_answers;      ///< of those, too old for steering: a TRACE retried for long
   unsigned hellos;             ///< HELLO sent
@@ -42,6 +42,8 @@ struct Counters : BehaviourCounters, MediumCounters {  // plain memory: Counters
   unsigned skipped_turns;      ///< not taken: the channel was not free
   unsigned own_id_heard;       ///< client frames with our ID: an echoing modem, or a double
 };
+
+struct Counters : BehaviourCounters, MediumCounters, ConversationCounters {};
 
 }  // namespace client
 }  // namespace pheromone

@@ -103,10 +103,8 @@ class Robot {
 
   /// Conversation::GreetAgain.
   void GreetAgain() { conversation_.GreetAgain(); }
-  /// A COMMAND without arguments that somebody beside the robot gives.
-  protocol::Reason Execute(protocol::CommandCode code) {
-    return conversation_.behaviour()->Execute(static_cast<uint8_t>(code), nullptr);
-  }
+  /// COMMAND 2, given by somebody beside the robot.
+  protocol::Reason Resume() { return conversation_.behaviour()->Resume(); }
 
   const Conversation& conversation() const { return conversation_; }
   const Task& task() const { return task_; }

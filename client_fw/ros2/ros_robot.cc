@@ -112,7 +112,7 @@ void RosRobot::Step(int64_t now_ms) {
   if (resume_) {
     // A resume that an alarm still forbids waits for it to end.
     resume_ = drive_.state.alarms != 0 && !disabled_;
-    robot_.Execute(protocol::CommandCode::kResume);
+    robot_.Resume();
   }
   drive_.told |= was_fresh && !fresh_;
   if (released()) {

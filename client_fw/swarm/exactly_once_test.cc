@@ -93,7 +93,7 @@ class Changer final : public sim::Station {
 
   void Reset(bool keeps_memory) {
     heard_.clear();
-    if (!keeps_memory || !client::Trusted(memory_)) {
+    if (!keeps_memory || !client::Restore(&memory_)) {
       memory_ = client::RequestMemory();
       parameters_.boot_counter = static_cast<uint16_t>(parameters_.boot_counter + 0x101);
       open_.reset();  // nobody will ever know

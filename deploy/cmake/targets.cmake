@@ -1,16 +1,16 @@
 # What the folders declare: libraries, tests and which build runs them, benchmarks.
 include_guard()
 
-# pheromone_library(name SOURCES file... [LINK target...] [CXX14])
-# One static library a folder; includes are relative to the project's root. CXX14 marks what also
+# pheromone_library(name SOURCES file... [LINK target...] [CXX11])
+# One static library a folder; includes are relative to the project's root. CXX11 marks what also
 # runs on the robots' microcontrollers.
 function(pheromone_library name)
-  cmake_parse_arguments(arg "CXX14" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "CXX11" "" "SOURCES;LINK" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES})
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${arg_LINK})
-  if(arg_CXX14)
-    set_target_properties(${name} PROPERTIES CXX_STANDARD 14)
+  if(arg_CXX11)
+    set_target_properties(${name} PROPERTIES CXX_STANDARD 11)
   else()
     pheromone_precompiled(${name})
   endif()

@@ -10,8 +10,8 @@ set(flags -Os -Wall -Wextra -Werror -ffreestanding -fno-exceptions -fno-rtti -fn
 file(GLOB_RECURSE sources ${LIBRARY}/src/*.cpp)
 file(MAKE_DIRECTORY ${TO})
 foreach(chip LX106 RV32)
-  set(chip_LX106 ${LX106} -std=gnu++17 -mlongcalls)
-  set(chip_RV32 ${RV32} -std=gnu++2b -march=rv32imc -mabi=ilp32)
+  set(chip_LX106 ${LX106} -DESP8266 -std=gnu++17 -mlongcalls)
+  set(chip_RV32 ${RV32} -DESP32 -std=gnu++2b -march=rv32imc -mabi=ilp32)
   foreach(source IN LISTS sources)
     if(NOT source MATCHES "facade")  # which has the robot itself
       set(flags_here ${flags} -fsyntax-only)

@@ -4,10 +4,10 @@
     esp_test.py BIN_DIR SKETCH
 
 The robot waits for a resume, follows a path, stands when the daemon is frozen, and goes on. Settings
-told over the radio are in its EEPROM when it starts again, with another nonce.
+told over the radio are in its EEPROM when it starts again, with another nonce. When it was not
+switched on but reset, it does not know where it is.
 """
 
-import json
 import pathlib
 import signal
 import subprocess
@@ -17,6 +17,7 @@ import threading
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from operated_daemon import OperatedDaemon, await_that, check, write_config  # noqa: E402
+from operated_robot import OperatedRobot  # noqa: E402
 from test_config import link, map_of, pheromone, table  # noqa: E402
 
 # The robot starts at (0, 0), facing along +x: 0.05 m beside a straight path.
@@ -24,14 +25,15 @@ CONFIG = (map_of(12.0, 4.0, bias_m=0.1, origin_x_m=-1.0, origin_y_m=-2.0) + pher
           + table("[path]", name="line", pheromone="path", shape="polyline",
                   points_m=[[0.0, 0.05], [10.5, 0.05]])
           + link("udp", "udp", listen="127.0.0.1:0"))
+START_RELEASED = 12
 
 
 class Robot:
-    def __init__(self, program, port, eeprom):
-        self.process = subprocess.Popen([program, str(port), eeprom], stdout=subprocess.PIPE,
+    def __init__(self, program, port, eeprom, *how):
+        self.process = subprocess.Popen([program, str(port), eeprom, *how], stdout=subprocess.PIPE,
                                         text=True)
         self.x_m = self.y_m = 0.0
-        self.lines = self.standing = 0  # printed, and of them without a move
+        self.standing = 0  # lines printed without a move
         threading.Thread(target=self.read, daemon=True).start()
 
     def read(self):
@@ -45,37 +47,23 @@ class Robot:
         check(self.process.wait(60) == 0, "the sketch failed")
 
 
-def known(daemon):
-    status, text = daemon.call("GET", "/api/v1/clients")
-    check(status == 200, text)
-    robots = [it for it in json.loads(text)["clients"] if it["known"]]
-    return robots[0] if robots else None
-
-
-def command(daemon, name, *arguments):
-    def last():
-        return known(daemon)["last_command"] or {"seq": None}
-
-    before = last()["seq"]
-    status, text = daemon.call("POST", "/api/v1/command", {
-        "link": "udp", "id": 1, "command": name, "arguments": list(arguments)})
-    check(status == 200, text)
-    await_that(lambda: last()["seq"] != before and last()["outcome"] != "pending", name)
-    check(last()["outcome"] == "accepted", str(last()))
-
-
 def run(bin_dir, program, folder):
     write_config(folder, CONFIG)
     daemon = OperatedDaemon(bin_dir, folder)
+    operated = OperatedRobot(daemon, "udp")
     robots = []
+
+    def last_event():
+        return operated.last("last_event").get("event")
+
     try:
         robots.append(Robot(program, daemon.udp_port(), folder / "eeprom"))
         robot = robots[-1]
-        await_that(lambda: known(daemon), "it says HELLO")
-        nonce = known(daemon)["nonce"]
+        await_that(lambda: operated.known(), "it says HELLO")
+        nonce = operated.known()["nonce"]
         check(robot.x_m == 0, "it drives without having been resumed")
-        command(daemon, "set", 7, 300)
-        command(daemon, "resume")
+        operated.command("set", 7, 300)
+        operated.command("resume")
         await_that(lambda: robot.x_m > 0.5, "it follows the path")
         check(abs(robot.y_m - 0.05) < 0.1, f"off the path: {robot.y_m}")
         daemon.process.send_signal(signal.SIGSTOP)
@@ -85,11 +73,19 @@ def run(bin_dir, program, folder):
         await_that(lambda: robot.x_m > x_m + 0.2, "it drives again")
         robot.end()
         robots.append(Robot(program, daemon.udp_port(), folder / "eeprom"))
-        await_that(lambda: known(daemon)["nonce"] != nonce, "it boots with another nonce")
-        command(daemon, "get", 7)
-        await_that(lambda: known(daemon)["last_event"] is not None
-                   and known(daemon)["last_event"]["event"] == "parameter value", "it tells")
-        check(known(daemon)["last_event"]["argument"] == 300, "its speed was kept")
+        await_that(lambda: operated.known()["nonce"] != nonce, "it boots with another nonce")
+        operated.command("get", 7)
+        await_that(lambda: last_event() == "parameter value", "it tells")
+        check(operated.last("last_event")["argument"] == 300, "its speed was kept")
+        stored = (folder / "eeprom").read_bytes()
+        operated.command("set", START_RELEASED, 1)
+        await_that(lambda: (folder / "eeprom").read_bytes() != stored, "it is stored")
+        robots[-1].end()
+        robots.append(Robot(program, daemon.udp_port(), folder / "eeprom", "reset"))
+        await_that(lambda: last_event() == "pose lost", "it does not know where it is")
+        robots[-1].end()
+        robots.append(Robot(program, daemon.udp_port(), folder / "eeprom"))
+        await_that(lambda: robots[-1].x_m > 0.1, "switched on, it is at its start, and released")
         robots[-1].end()
         daemon.stop()
     finally:

@@ -1,6 +1,7 @@
-// The Arduino library's own code on a clock that the test moves: when a modem is keyed, how wheels
-// are driven, and where odometry says they went.
+// The Arduino library's own code on a clock that the test moves: when a modem is keyed, whose
+// datagrams count, how wheels are driven, and where odometry says they went.
 #include <Arduino.h>
+#include <IPAddress.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,11 +12,13 @@
 #include <numbers>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include "client_fw/boards/arduino/odometry.h"
 #include "client_fw/boards/arduino/serial_link.h"
 #include "client_fw/boards/arduino/steppers.h"
 #include "client_fw/boards/arduino/two_wheels.h"
+#include "client_fw/boards/arduino/udp_link.h"
 
 namespace pheromone::arduino {
 namespace {
@@ -60,6 +63,28 @@ TEST(WheelOdometry, GoesOnFromAPose) {
   EXPECT_EQ(odometry.pose().x_mm, 950);
   EXPECT_EQ(odometry.pose().y_mm, -2000);
   EXPECT_EQ(odometry.pose().heading, 0x8000);
+}
+
+// A loop may pause, or an encoder be coarse.
+TEST(WheelOdometry, AWayOfAnyLengthCountsInFull) {
+  for (const int16_t ticks : std::array<int16_t, 6>{131, 132, 263, 2'000, 32'767, -32'767}) {
+    WheelOdometry odometry(1'000'000, 100'000);  // a millimetre
+    odometry.Add(ticks, ticks);
+    EXPECT_EQ(odometry.pose().x_mm, ticks);
+    EXPECT_EQ(odometry.pose().y_mm, 0);
+    EXPECT_EQ(odometry.pose().heading, 0);
+  }
+  WheelOdometry coarse(10'000'000, 100'000);
+  coarse.Add(20'000, 20'000);
+  EXPECT_EQ(coarse.pose().x_mm, 200'000);
+}
+
+TEST(WheelOdometry, AWayOfAQuarterOfACircleIsNoStraightLine) {
+  WheelOdometry odometry(1'000'000, 100'000);
+  odometry.Add(1'492, 1'649);  // pi / 2 times 950 and 1050 mm
+  EXPECT_NEAR(odometry.pose().x_mm, 1'000, 3);
+  EXPECT_NEAR(odometry.pose().y_mm, 1'000, 3);
+  EXPECT_NEAR(odometry.pose().heading, 0x4000, 20);
 }
 
 // --- A modem. A ring of 63 bytes before a UART with a data and a shift register.
@@ -147,6 +172,59 @@ TEST(PheromoneSerial, LeavesPinsAloneWithoutAKey) {
   for (const int pin : pins) {
     EXPECT_EQ(pin, 7);
   }
+}
+
+// --- A network
+
+// Reads as an ESP32's: there is no next datagram before this one was read to its end.
+class FakeUdp {
+ public:
+  struct Datagram {
+    IPAddress from;
+    uint16_t port;
+    std::vector<uint8_t> bytes;
+  };
+
+  void begin(uint16_t /*port*/) {}
+  int beginPacket(IPAddress /*to*/, uint16_t /*port*/) { return 1; }
+  size_t write(uint8_t /*byte*/) { return 1; }
+  int endPacket() { return 1; }
+  int parsePacket() {
+    if (waiting.empty() || available() != 0) {
+      return 0;
+    }
+    now_ = waiting.front();
+    waiting.pop_front();
+    read_ = 0;
+    return available();
+  }
+  int available() { return static_cast<int>(now_.bytes.size() - read_); }
+  int read() { return available() != 0 ? now_.bytes[read_++] : -1; }
+  IPAddress remoteIP() { return now_.from; }
+  uint16_t remotePort() { return now_.port; }
+
+  std::deque<Datagram> waiting;
+
+ private:
+  Datagram now_{{0, 0, 0, 0}, 0, {}};
+  size_t read_ = 0;
+};
+
+TEST(PheromoneUdp, HearsTheServerOnly) {
+  const IPAddress server(192, 168, 4, 1);
+  const IPAddress other(192, 168, 4, 2);
+  FakeUdp udp;
+  PheromoneUdp<FakeUdp> link(udp, server, 4950);
+  EXPECT_EQ(link.get(), -1);
+  udp.waiting = {{other, 4950, {1, 2}}, {server, 4950, {3, 4}}, {server, 4951, {5}},
+                 {other, 4951, {6, 7}}, {server, 4950, {8}},    {other, 4950, {9}}};
+  std::vector<int> heard;
+  for (int turn = 0; turn < 10; ++turn) {  // of the loop
+    for (int byte = link.get(); byte >= 0; byte = link.get()) {
+      heard.push_back(byte);
+    }
+  }
+  EXPECT_EQ(heard, (std::vector<int>{3, 4, 8}));
 }
 
 // --- Motors: 0.6 m/s at full power and a lag of 80 ms, with encoders of `tick_m`.
@@ -253,46 +331,74 @@ TEST(TwoWheels, FollowsEncodersThatWrap) {
 
 // --- Steppers: what leaves the pins. Pins 2 and 3 are the left motor's, 4 and 5 the right one's.
 
-TEST(Steppers, StepAsTheyAreToldAndRampAndCount) {
-  constexpr StepperConfig kConfig = {127'627, 150'000, 400, 600, {2, 3}, {4, 5}, 2};
-  Steppers wheels(kConfig);
-  pins.fill(LOW);
-  now_ms = 0;
-  wheels.begin();
-  std::array<int, 2> steps{};
-  const auto run = [&](int ms) {
+class SteppersTest : public testing::Test {
+ protected:
+  static constexpr double kStepMm = 0.127627;
+
+  explicit SteppersTest(int16_t acceleration_mm_s2 = 600)
+      : wheels_({127'627, 150'000, 400, acceleration_mm_s2, {2, 3}, {4, 5}, 2}) {
+    pins.fill(LOW);
+    now_ms = 0;
+    wheels_.begin();
+  }
+
+  void Run(int ms) {
     for (int tick = 0; tick < ms * 10; ++tick) {
       const std::array before = {pins[2], pins[4]};
-      wheels.tick();
-      steps[0] += before[0] == LOW && pins[2] == HIGH ? (pins[3] == LOW ? 1 : -1) : 0;
-      steps[1] += before[1] == LOW && pins[4] == HIGH ? (pins[5] == HIGH ? 1 : -1) : 0;
+      wheels_.tick();
+      steps_[0] += before[0] == LOW && pins[2] == HIGH ? (pins[3] == LOW ? 1 : -1) : 0;
+      steps_[1] += before[1] == LOW && pins[4] == HIGH ? (pins[5] == HIGH ? 1 : -1) : 0;
       if (tick % 10 == 9) {
         ++now_ms;
-        wheels.step(static_cast<uint16_t>(now_ms));
+        wheels_.step(static_cast<uint16_t>(now_ms));
       }
     }
-  };
-  wheels.set_wheel_speeds(300, -150);
-  run(250);
-  const std::array ramp = steps;
-  EXPECT_NEAR(ramp[0], 0.5 * 600 * 0.25 * 0.25 / 0.127627, 15) << "600 mm/s^2";
+  }
+
+  Steppers wheels_;
+  std::array<int, 2> steps_{};
+};
+
+TEST_F(SteppersTest, StepAsTheyAreToldAndRampAndCount) {
+  wheels_.set_wheel_speeds(300, -150);
+  Run(250);
+  const std::array ramp = steps_;
+  EXPECT_NEAR(ramp[0], 0.5 * 600 * 0.25 * 0.25 / kStepMm, 15) << "600 mm/s^2";
   EXPECT_NEAR(ramp[1], -ramp[0], 3);
-  run(750);
-  const std::array before = steps;
-  run(2'000);
-  EXPECT_NEAR((steps[0] - before[0]) * 0.127627 / 2, 300, 2);
-  EXPECT_NEAR((steps[1] - before[1]) * 0.127627 / 2, -150, 2);
+  Run(750);
+  const std::array before = steps_;
+  Run(2'000);
+  EXPECT_NEAR((steps_[0] - before[0]) * kStepMm / 2, 300, 2);
+  EXPECT_NEAR((steps_[1] - before[1]) * kStepMm / 2, -150, 2);
   client::Odometry pose{};
-  wheels.set_wheel_speeds(0, 0);
-  run(1'000);
-  ASSERT_TRUE(wheels.odometry(&pose));
-  const double turn = (steps[1] - steps[0]) * 0.127627 / 150;
+  wheels_.set_wheel_speeds(0, 0);
+  Run(1'000);
+  ASSERT_TRUE(wheels_.odometry(&pose));
+  const double turn = (steps_[1] - steps_[0]) * kStepMm / 150;
   EXPECT_NEAR(
       std::remainder(turn - pose.heading * 2 * std::numbers::pi / 65536, 2 * std::numbers::pi), 0,
       0.01);
-  const std::array stopped = steps;
-  run(100);
-  EXPECT_EQ(steps, stopped);
+  const std::array stopped = steps_;
+  Run(100);
+  EXPECT_EQ(steps_, stopped);
+}
+
+class SlowSteppersTest : public SteppersTest {
+ protected:
+  SlowSteppersTest() : SteppersTest(55) {}
+};
+
+// Less than a millimetre a second at a step of the control.
+TEST_F(SlowSteppersTest, RampUpAndDown) {
+  wheels_.set_wheel_speeds(110, 110);
+  Run(2'000);
+  EXPECT_NEAR(steps_[0] * kStepMm, 0.5 * 55 * 2 * 2, 3);
+  wheels_.set_wheel_speeds(0, 0);
+  Run(2'100);
+  EXPECT_NEAR(steps_[0] * kStepMm, 55 * 2 * 2, 6);
+  const std::array stopped = steps_;
+  Run(200);
+  EXPECT_EQ(steps_, stopped);
 }
 
 }  // namespace

@@ -7,13 +7,8 @@ The robot follows a path. Then it is halted, told over the radio to deposit with
 so many CHANGES (60) while bytes are lost both ways and its reset button is pressed: what a stranger
 then senses there is as many quanta as the robot has sent numbers. At last the supply is switched off
 and on: it has another nonce, and what it was told.
-
-A reset may fall into a change of what outlives it (request_memory.h): then it is another boot, which
-has lost its pose and its last request, and stands. What was made until then is judged, and all begins
-again, until there are enough changes.
 """
 
-import json
 import os
 import pathlib
 import random
@@ -28,6 +23,7 @@ import tty
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from operated_daemon import OperatedDaemon, await_that, check, write_config  # noqa: E402
+from operated_robot import OperatedRobot  # noqa: E402
 from stranger import wire  # noqa: E402
 from stranger.client import Client, Line  # noqa: E402
 from stranger.servers import connect  # noqa: E402
@@ -119,61 +115,39 @@ class Robot:
         self.process.send_signal(which)
 
 
-def known(daemon):
-    """What the server knows of the robot; None before it has said HELLO."""
-    status, text = daemon.call("GET", "/api/v1/clients")
-    check(status == 200, text)
-    robots = [it for it in json.loads(text)["clients"] if it["id"] == ROBOT and it["known"]]
-    return robots[0] if robots else None
-
-
-def command(daemon, name, *arguments):
-    def last():
-        return known(daemon)["last_command"] or {"seq": None}
-
-    before = last()["seq"]
-    status, text = daemon.call("POST", "/api/v1/command", {
-        "link": "radio-a", "id": ROBOT, "command": name, "arguments": list(arguments)})
-    check(status == 200, text)
-    await_that(lambda: last()["seq"] != before and last()["outcome"] != "pending",
-               f"{name} {arguments}")
-    check(last()["outcome"] == "accepted", str(last()))
-
-
 def run(bin_dir, program, image, kind, changes, folder):
-    """How many changes were made."""
     write_config(folder, CONFIG)
     daemon = OperatedDaemon(bin_dir, folder)
+    operated = OperatedRobot(daemon, "radio-a", ROBOT)
     robot = None
     try:
         air = Air(folder / "radio-a.pty")
         robot = Robot(program, image, air, kind)
         await_that(lambda: air.nonces, "it says HELLO")
         check(air.nonces[0] == 1, f"the first nonce is {air.nonces[0]}")
-        await_that(lambda: known(daemon), "the server knows it")
+        await_that(lambda: operated.known(), "the server knows it")
         check(robot.x_m == 0, "it drives without having been resumed")
-        command(daemon, "resume")
+        operated.command("resume")
         await_that(lambda: robot.x_m > 0.5, "it follows the path")
         check(abs(robot.y_m - 0.05) < 0.1, f"off the path: {robot.y_m}")
-        command(daemon, "halt")
+        operated.command("halt")
         await_that(lambda: robot.stands, "it stands")
-        command(daemon, "set", 8, 0)
-        command(daemon, "set", 1, MARKS)
-        command(daemon, "set", 3, 1)
+        operated.command("set", 8, 0)
+        operated.command("set", 1, MARKS)
+        operated.command("set", 3, 1)
         await_that(lambda: air.numbers > 0, "it deposits")
 
         air.loss = 0.004
         rng = random.Random(2)
         resets = 0
-        while air.numbers < changes and len(set(air.nonces)) == 1:
+        while air.numbers < changes:
             time.sleep(rng.uniform(0.5, 3))  # nothing waits for it: moments to press a button
+            check(operated.last("last_event").get("event") != "pose lost", "a reset lost its pose")
             robot.signal(signal.SIGUSR1)
             resets += 1
         air.loss = 0.0
-        whole = len(set(air.nonces)) == 1
-        if whole:
-            command(daemon, "set", 3, 0)
-            await_that(lambda: air.answered == air.last, "its last change is answered")
+        operated.command("set", 3, 0)
+        await_that(lambda: air.answered == air.last, "its last change is answered")
         with Line(connect(f"udp:127.0.0.1:{daemon.udp_port()}")) as line:
             stranger = Client(line, 99)
             stranger.hello(nonce=1)
@@ -182,23 +156,19 @@ def run(bin_dir, program, image, kind, changes, folder):
             sensed = stranger.sense(pheromone=MARKS, x=x_mm, y=y_mm, heading=0)
         print(f"{air.numbers} changes, {air.repeats} repeated, {resets} resets, sensed {sensed}, "
               f"stack {robot.stack} bytes")
-        once_each = [round(number * QUANTUM * 4096)
-                     for number in range(air.numbers - (0 if whole else 1), air.numbers + 1)]
-        check(sensed.left == sensed.right and sensed.left in once_each,
-              f"not {once_each}: not once each")
-        if not whole:
-            return air.numbers
+        check(set(air.nonces) == {1}, "a reset lost its memory")
+        once_each = round(air.numbers * QUANTUM * 4096)
+        check(sensed.left == sensed.right == once_each, f"not {once_each}: not once each")
 
         robot.signal(signal.SIGUSR2)
         await_that(lambda: air.nonces[-1] != 1, "it boots")
         check(air.nonces[-1] > 1, "its boot number was used before")
-        command(daemon, "set", 3, 1)
+        operated.command("set", 3, 1)
         numbers = air.numbers
         await_that(lambda: air.numbers > numbers, "its other settings are those it was told")
         robot.signal(signal.SIGTERM)
         check(robot.process.wait(60) == 0, "the image failed")
         daemon.stop()
-        return changes
     finally:
         for process in (robot and robot.process, daemon.process):
             if process is not None and process.poll() is None:
@@ -211,9 +181,8 @@ def main():
         sys.exit(__doc__)
     bin_dir, program, image = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
     changes = int(sys.argv[5]) if len(sys.argv) > 5 else 60
-    while changes > 0:
-        with tempfile.TemporaryDirectory() as folder:
-            changes -= run(bin_dir, program, image, sys.argv[4], changes, pathlib.Path(folder))
+    with tempfile.TemporaryDirectory() as folder:
+        run(bin_dir, program, image, sys.argv[4], changes, pathlib.Path(folder))
 
 
 if __name__ == "__main__":

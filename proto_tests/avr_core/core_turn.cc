@@ -54,7 +54,7 @@ uint16_t CoreTurn::Run(const uint8_t* request, uint16_t size, uint8_t* reply) {
 
 // As a board's main does it: everything is made anew, but for what a warm reset leaves alone.
 bool CoreTurn::Start(const uint8_t* from, uint16_t size) {
-  if (from[0] == 0 || !client::Trusted(memory_)) {
+  if (from[0] == 0 || !client::Restore(&memory_)) {
     memory_ = client::RequestMemory();
   }
   parameters_ = Parameters();

@@ -209,10 +209,9 @@ class VectorReader {
   template <typename Value>
   void Set(const std::string& name, int64_t value, Value* to) const {
     if constexpr (std::is_integral_v<Value>) {
-      constexpr int64_t kMost = sizeof(Value) == 4 ? std::numeric_limits<uint32_t>::max()
-                                                   : std::numeric_limits<Value>::max();
-      Require(value >= std::numeric_limits<Value>::min() && value <= kMost, name,
-              "is out of range");
+      constexpr int64_t kMax = sizeof(Value) == 4 ? std::numeric_limits<uint32_t>::max()
+                                                  : std::numeric_limits<Value>::max();
+      Require(value >= std::numeric_limits<Value>::min() && value <= kMax, name, "is out of range");
     } else {
       Require(value >= 0 && value <= 255, name, "is out of range");
     }

@@ -1,19 +1,23 @@
 #include "client_fw/boards/arduino/facade.h"
 
-#include <stddef.h>
+#ifdef ESP32
+#include <esp_system.h>
+#endif
+#ifdef ESP8266
+#include <user_interface.h>
+#endif
 
+#include "client_fw/boards/boot.h"
+#include "client_fw/core/requests/request_memory.h"
+#include "client_fw/core/robot.h"
 #include "protocol/crc16.h"
 
 namespace pheromone {
 namespace arduino {
 namespace {
 
-struct Place {
-  void* at;
-};
-
-// What outlives a reset that keeps memory. A bootloader hides the cause of a reset from the sketch,
-// so what is found decides: after power-up it passes for whole once in 2^48 times.
+// What outlives a reset that keeps memory. An AVR's bootloader hides the cause of a reset from the
+// sketch, so what is found decides: after power-up it passes for whole once in 2^48 times.
 struct WarmMemory {
   uint32_t guard;
   client::RequestMemory requests;
@@ -28,9 +32,29 @@ WarmMemory memory __attribute__((section(".noinit")));
 WarmMemory memory;
 #endif
 
+// At an address that the compiler knows, which is shorter than by a pointer. begin() constructs it.
+using Robot = client::Robot<ArduinoBoard, PheromoneWheels>;
+union RobotPlace {
+  constexpr RobotPlace() : none(0) {}
+  uint8_t none;
+  Robot robot;
+} place;
+
+// Elsewhere no memory is kept, and the robot is where it was put only if it was switched on there.
+bool WasSwitchedOn() {
+#if defined(__AVR__)
+  return true;
+#elif defined(ESP32)
+  return esp_reset_reason() == ESP_RST_POWERON;
+#elif defined(ESP8266)
+  return ESP.getResetInfoPtr()->reason == REASON_DEFAULT_RST;
+#else
+  return false;
+#endif
+}
+
 uint16_t CheckOf(const client::Odometry& odometry) {
-  return static_cast<uint16_t>(
-      ~protocol::Crc16(reinterpret_cast<const uint8_t*>(&odometry), sizeof(odometry)));
+  return protocol::Check(&odometry, sizeof(odometry));
 }
 
 void PutCrc(uint16_t crc, uint8_t* to) {
@@ -39,16 +63,6 @@ void PutCrc(uint16_t crc, uint8_t* to) {
 }
 
 }  // namespace
-}  // namespace arduino
-}  // namespace pheromone
-
-// There is no <new> on an AVR.
-inline void* operator new(size_t /*size*/, pheromone::arduino::Place place) noexcept {
-  return place.at;
-}
-
-namespace pheromone {
-namespace arduino {
 
 void ArduinoBoard::save_settings(const uint8_t* bytes, uint8_t size) {
   uint8_t payload[client::kSettingsSize + 2];
@@ -74,25 +88,16 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
     client::UnpackSettings(payload, &parameters_);
   }
   wheels.begin();
-  if (memory.guard == kGuard && Trusted(memory.requests)) {
+  if (memory.guard == kGuard && Restore(&memory.requests)) {
     if (memory.crc == CheckOf(memory.odometry)) {
       wheels.resume(memory.odometry);
     } else {
       parameters_.pose_lost = true;
     }
   } else {
-    // In the middle of a change, by a reset: it may be anywhere.
-    parameters_.pose_lost = memory.guard == kGuard;
-    // Saving once more gives a number that no boot has used before: our nonce.
-    PackSettings(parameters_, packed);
-    board_.save_settings(packed, sizeof(packed));
-    while (!board_.stored.saved()) {
-      board_.stored.Step();
-    }
-    Storage::Commit();
-    memory.requests = client::RequestMemory();
-    memory.requests.nonce = board_.stored.version();
-    Seal(&memory.requests);
+    // Damaged: it may be anywhere.
+    parameters_.pose_lost = memory.guard == kGuard || !WasSwitchedOn();
+    client::StartCold(&board_, parameters_, &memory.requests);
     memory.odometry = client::Odometry{0, 0, 0};
     memory.crc =
         static_cast<uint16_t>(CheckOf(memory.odometry) + (parameters_.pose_lost ? 1u : 0u));
@@ -103,28 +108,29 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
   parameters_.start = start;
   link.begin(&parameters_);
   link.set_keying(parameters_.ptt_lead_ms, parameters_.ptt_tail_ms);
-  alignas(Robot) static uint8_t place[sizeof(Robot)];
-  robot_ = new (Place{place}) Robot(&board_, &wheels, parameters_, &memory.requests);
+  new (client::Place{&place.robot}) Robot(&board_, &wheels, parameters_, &memory.requests);
 }
 
 void Pheromone::step() {
+  client::Odometry odometry;
   // A pose that is lost stays so over a reset.
-  if (wheels_->step(static_cast<uint16_t>(millis())) && wheels_->odometry(&memory.odometry) &&
+  if (wheels_->step(static_cast<uint16_t>(millis())) && wheels_->odometry(&odometry) &&
       (stop_flags() & client::kPoseLost) == 0) {
-    memory.crc = CheckOf(memory.odometry);
+    const uint16_t crc = CheckOf(odometry);
+    memory.odometry = odometry;  // at once: by a reset in between the pose is lost
+    memory.crc = crc;
   }
-  robot_->Step();
-  if (!board_.stored.saved()) {
-    board_.stored.Step();
-    if (board_.stored.saved()) {
-      Storage::Commit();
-    }
-  }
+  place.robot.Step();
+  board_.EndTurn();
 }
 
 Sensed Pheromone::sensed() const {
-  const client::BehaviourState& state = robot_->conversation().state();
+  const client::BehaviourState& state = place.robot.conversation().state();
   return Sensed{state.p_left, state.p_right};
+}
+
+uint8_t Pheromone::stop_flags() const {
+  return place.robot.conversation().state().flags;
 }
 
 }  // namespace arduino

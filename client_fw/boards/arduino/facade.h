@@ -16,8 +16,9 @@
 //
 // One robot a sketch. Settings are those of the sketch until one is changed over the radio; then
 // they are kept in EEPROM, and hold until the sketch's settings change. After a reset that kept
-// memory, of an AVR by button or watchdog, requests and odometry go on where they were. Otherwise
-// the robot is at `start`. After either it is halted until it is resumed.
+// memory, of an AVR by button or watchdog, requests and odometry go on where they were. After
+// power-up the robot is at `start`; after another reset of an ESP its pose is lost. After each it
+// is halted until it is resumed.
 #pragma once
 
 #include <Arduino.h>
@@ -28,8 +29,7 @@
 #include "client_fw/boards/arduino/wheels.h"
 #include "client_fw/boards/nonvolatile.h"
 #include "client_fw/core/base/moment.h"
-#include "client_fw/core/requests/request_memory.h"
-#include "client_fw/core/robot.h"
+#include "client_fw/core/steering/behaviour.h"
 #include "client_fw/core/steering/parameters.h"
 
 namespace pheromone {
@@ -41,7 +41,7 @@ struct Sensed {
   int16_t right;
 };
 
-/// The Board of client_fw/core/robot.h.
+/// The Board of client_fw/core/robot.h and client_fw/boards/boot.h.
 class ArduinoBoard {
  public:
   int radio_get() { return link->get(); }
@@ -52,6 +52,17 @@ class ArduinoBoard {
   void set_load(bool on) { Set(load_pin, on); }
   void set_led(bool on) { Set(led_pin, on); }
   void save_settings(const uint8_t* bytes, uint8_t size);
+  bool saved() const { return stored.saved(); }
+  uint16_t saves() const { return stored.version(); }
+  /// Writes what is to be saved.
+  void EndTurn() {
+    if (!saved()) {
+      stored.Step();
+      if (saved()) {
+        Storage::Commit();
+      }
+    }
+  }
   /// An Arduino's bootloader and core keep all of them to themselves.
   uint16_t diagnostic(uint8_t /*id*/) const { return 0; }
 
@@ -91,13 +102,9 @@ class Pheromone {
   /// As last received; 0 before.
   Sensed sensed() const;
   /// A set of client::StopFlag: why it stands; 0 while it drives.
-  uint8_t stop_flags() const { return robot_->conversation().state().flags; }
-  /// Requests answered, of those sent, since begin(); both wrap.
-  const client::Conversation& conversation() const { return robot_->conversation(); }
+  uint8_t stop_flags() const;
 
  private:
-  using Robot = client::Robot<ArduinoBoard, PheromoneWheels>;
-
   static int8_t Output(uint8_t pin) {
     pinMode(pin, OUTPUT);
     return static_cast<int8_t>(pin);
@@ -106,7 +113,6 @@ class Pheromone {
   ArduinoBoard board_;
   PheromoneWheels* wheels_ = nullptr;
   client::Parameters parameters_;
-  Robot* robot_ = nullptr;
   uint8_t id_;
 };
 

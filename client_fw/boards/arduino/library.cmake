@@ -24,7 +24,7 @@ foreach(room base medium requests steering)
 endforeach()
 list(TRANSFORM globs PREPEND ${SOURCE}/)
 file(GLOB files RELATIVE ${SOURCE} ${globs})
-list(APPEND files ${boards}/nonvolatile.h ${boards}/avr/eeprom.h)
+list(APPEND files ${boards}/boot.h ${boards}/nonvolatile.h ${boards}/avr/eeprom.h)
 list(FILTER files EXCLUDE REGEX "_test\\.cc$|net_record|robot_net")  # robots with nets are not part of it
 
 # Each must be found, and once.

@@ -4,7 +4,7 @@ namespace pheromone {
 namespace arduino {
 namespace {
 
-// `um` times a cosine in Q14, rounded. um is below 131 072: some centimetres.
+// `um` times a cosine in Q14, rounded. um is below 131 072.
 int32_t Along(int32_t um, int16_t q14) {
   return (um * q14 + 8192) >> 14;
 }
@@ -12,6 +12,13 @@ int32_t Along(int32_t um, int16_t q14) {
 }  // namespace
 
 void WheelOdometry::Add(int16_t left, int16_t right) {
+  if (left > max_ticks_ || left < -max_ticks_ || right > max_ticks_ || right < -max_ticks_) {
+    const auto left_half = static_cast<int16_t>(left / 2);
+    const auto right_half = static_cast<int16_t>(right / 2);
+    Add(left_half, right_half);
+    Add(static_cast<int16_t>(left - left_half), static_cast<int16_t>(right - right_half));
+    return;
+  }
   const int32_t way_nm = (int32_t{left} + right) * static_cast<int32_t>(tick_nm_) / 2 + rest_nm_;
   const int32_t way_um = way_nm / 1000;
   rest_nm_ = static_cast<int16_t>(way_nm - way_um * 1000);

@@ -5,7 +5,9 @@ namespace arduino {
 namespace {
 
 constexpr uint16_t kControlMs = 10;
-constexpr uint16_t kMostRate = 32767;
+constexpr uint16_t kMaxRate = 32767;
+// A rate is mm/s * kRateNm / step_nm: 65 536 for a step a tick.
+constexpr uint32_t kRateNm = 65536u * uint64_t{1000000} / Steppers::kTicksPerSecond;
 
 }  // namespace
 
@@ -49,9 +51,8 @@ void Steppers::Motor::Tick() {
 void Steppers::Motor::Set(int16_t mm_s, uint32_t step_nm) {
   speed_mm_s = mm_s;
   const bool back = mm_s < 0;
-  // 65 536 / kTicksPerSecond * 10^6 nm / step_nm.
-  uint32_t a_tick = static_cast<uint32_t>(back ? -mm_s : mm_s) * 6554000u / step_nm;
-  a_tick = a_tick > kMostRate ? kMostRate : a_tick;
+  uint32_t a_tick = static_cast<uint32_t>(back ? -mm_s : mm_s) * kRateNm / step_nm;
+  a_tick = a_tick > kMaxRate ? kMaxRate : a_tick;
   noInterrupts();
   if (back != backwards && mm_s != 0) {
     backwards = back;
@@ -76,7 +77,9 @@ bool Steppers::step(uint16_t now_ms) {
   const int16_t left = Stepped(&left_);
   odometry_.Add(left, Stepped(&right_));
   const uint16_t counted_ms = passed_ms < 100 ? passed_ms : uint16_t{100};
-  const auto change = static_cast<int16_t>(int32_t{config_.acceleration_mm_s2} * counted_ms / 1000);
+  const int32_t change_um_s = int32_t{config_.acceleration_mm_s2} * counted_ms + rest_um_s_;
+  const auto change = static_cast<int16_t>(change_um_s / 1000);
+  rest_um_s_ = static_cast<int16_t>(change_um_s - int32_t{change} * 1000);
   Ramp(&left_, change);
   Ramp(&right_, change);
   return true;

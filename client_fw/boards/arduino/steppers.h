@@ -88,6 +88,7 @@ class Steppers final : public PheromoneWheels {
   Motor left_;
   Motor right_;
   uint16_t last_ms_ = 0;
+  int16_t rest_um_s_ = 0;  // of the change of speeds
 };
 
 }  // namespace arduino

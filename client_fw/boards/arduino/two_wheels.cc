@@ -7,7 +7,7 @@ namespace arduino {
 namespace {
 
 constexpr uint16_t kControlMs = 10;
-constexpr uint16_t kMostMs = 100;  // a loop that paused for longer has stopped the robot
+constexpr uint16_t kMaxMs = 100;
 constexpr int32_t kMaxLagUm = 50000;
 constexpr int32_t kLagMs = 200;  // 5/s
 constexpr int16_t kFullPower = 255;
@@ -32,8 +32,8 @@ bool TwoWheels::step(uint16_t now_ms) {
     return false;
   }
   last_ms_ = now_ms;
-  if (passed_ms > kMostMs) {
-    passed_ms = kMostMs;
+  if (passed_ms > kMaxMs) {
+    passed_ms = kMaxMs;
   }
   int16_t values[2];  // ticks, then ticks since the last time, then power
   ticks_(&values[0], &values[1]);

@@ -1,9 +1,11 @@
 // Two wheels with motors and encoders.
 //
 //   void power(int16_t left, int16_t right) { ... }     // -255 to 255, to the motors' driver
-//   void ticks(int16_t* left, int16_t* right) { ... }   // of the encoders, forwards up; they may
-//   wrap constexpr WheelConfig kWheels = {152716, 141000, 500}; TwoWheels wheels(power, ticks,
-//   kWheels);
+//   void ticks(int16_t* left, int16_t* right) { ... }   // of the encoders, forwards up
+//   constexpr WheelConfig kWheels = {152716, 141000, 500};
+//   TwoWheels wheels(power, ticks, kWheels);
+//
+// Ticks may wrap.
 //
 // Every 10 ms each wheel's power is what its speed needs by `full_speed_mm_s`, and 5/s times the
 // way that it lags behind what was asked for, which is at most 50 mm: so coarse encoders will do,

@@ -6,8 +6,8 @@
 // `Udp` is a class like Arduino's UDP. The network is the sketch's to join, before robot.begin;
 // while it is away, frames are lost, the robot stands, and then goes on.
 //
-// A frame is a datagram. It ends when the robot asks whether all it put has left, which it does
-// after the last byte of a frame only.
+// A frame is a datagram; those of others than the server are dropped. Ours ends when the robot asks
+// whether all it put has left, which it does after the last byte of a frame only.
 #pragma once
 
 #include <Arduino.h>
@@ -35,10 +35,13 @@ class PheromoneUdp final : public PheromoneLink {
 
   int get() override {
     // What is left of a datagram comes first.
-    if (udp_->available() > 0 || udp_->parsePacket() > 0) {
-      return udp_->read();
+    if (udp_->available() <= 0 && (udp_->parsePacket() <= 0 || !IsFromServer())) {
+      while (udp_->available() > 0) {  // an ESP32 has no next one before
+        udp_->read();
+      }
+      return -1;  // the next turn of the loop has the next one
     }
-    return -1;
+    return udp_->read();
   }
 
   bool put(uint8_t byte) override {
@@ -61,6 +64,8 @@ class PheromoneUdp final : public PheromoneLink {
   bool busy() override { return false; }
 
  private:
+  bool IsFromServer() { return udp_->remoteIP() == server_ && udp_->remotePort() == port_; }
+
   Udp* udp_;
   IPAddress server_;
   uint16_t port_;

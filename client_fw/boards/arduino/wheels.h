@@ -10,6 +10,16 @@
 namespace pheromone {
 namespace arduino {
 
+/// What a wheel rolls in one of the parts of a turn, ticks or steps, in nm.
+constexpr uint32_t RollNm(double diameter_mm, double parts) {
+  return static_cast<uint32_t>(3141593 * diameter_mm / parts);
+}
+
+/// Between the planes of the wheels.
+constexpr uint32_t TrackUm(double mm) {
+  return static_cast<uint32_t>(1000 * mm);
+}
+
 class PheromoneWheels {
  public:
   virtual void begin() = 0;

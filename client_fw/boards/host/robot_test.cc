@@ -188,6 +188,19 @@ TEST_F(RobotTest, LoadAndSettingsReachTheBoard) {
   EXPECT_EQ(250, saved.speed_mm_s);
 }
 
+TEST_F(RobotTest, AResumeFromBesideItOutlivesAWarmReset) {
+  Run(1000);
+  drive_.reported.alarms = kStopButtonAlarm;
+  Step();
+  EXPECT_EQ(protocol::Reason::kNotPermitted, robot_.Resume());
+  drive_.reported.alarms = 0;
+  Step();
+  EXPECT_TRUE(memory_.halted);
+  EXPECT_EQ(protocol::Reason::kNone, robot_.Resume());
+  EXPECT_FALSE(memory_.halted);
+  EXPECT_TRUE(Trusted(memory_));
+}
+
 TEST_F(RobotTest, FailSafeIsAnEmergencyStopAndOneOnly) {
   Run(1000);
   EXPECT_EQ(0, drive_.emergencies);

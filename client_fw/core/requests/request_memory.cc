@@ -1,31 +1,42 @@
 #include "client_fw/core/requests/request_memory.h"
 
-#include <stddef.h>
-
 #include "protocol/crc16.h"
 
 namespace pheromone {
 namespace client {
 namespace {
 
-static_assert(sizeof(RequestMemory) < offsetof(RequestMemory, crc) + 2 + alignof(RequestMemory),
-              "nothing is behind the CRC but padding");
+constexpr uint8_t kValuesSize = sizeof(RequestValues);
 
-// Not the plain CRC, which memory full of zeros would pass.
-uint16_t CheckOf(const RequestMemory& memory) {
-  const uint16_t crc =
-      protocol::Crc16(reinterpret_cast<const uint8_t*>(&memory), offsetof(RequestMemory, crc));
-  return static_cast<uint16_t>(~crc);
+uint16_t CheckOf(const RequestValues& values) {
+  return protocol::Check(&values, kValuesSize);
+}
+
+// With the padding, of which the CRC is too; not before what is above it, nor after what follows.
+void Copy(const RequestValues& from, RequestValues* to) {
+  __atomic_signal_fence(__ATOMIC_SEQ_CST);
+  for (uint8_t i = 0; i < kValuesSize; ++i) {
+    reinterpret_cast<uint8_t*>(to)[i] = reinterpret_cast<const uint8_t*>(&from)[i];
+  }
+  __atomic_signal_fence(__ATOMIC_SEQ_CST);
 }
 
 }  // namespace
 
 void Seal(RequestMemory* memory) {
   memory->crc = CheckOf(*memory);
+  Copy(*memory, &memory->sealed);
 }
 
 bool Trusted(const RequestMemory& memory) {
   return memory.crc == CheckOf(memory);
+}
+
+bool Restore(RequestMemory* memory) {
+  if (!Trusted(*memory)) {
+    Copy(memory->sealed, memory);
+  }
+  return Trusted(*memory);
 }
 
 }  // namespace client

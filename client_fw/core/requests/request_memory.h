@@ -3,7 +3,7 @@
 // and the load, values that are not stored, and where on the map odometry starts. A board keeps it
 // in RAM that a reset does not clear (.noinit):
 //
-//   if (!ram_was_kept || !Trusted(memory)) {
+//   if (!ram_was_kept || !Restore(&memory)) {
 //     memory = RequestMemory();
 //     parameters.boot_counter = next boot counter;   // a nonce that was never used
 //   } else {
@@ -11,9 +11,11 @@
 //   }
 //
 // Conversation seals it before it sends anything that depends on it, and after it has received
-// something. A reset in the middle of a change therefore leaves it unsealed, and the next boot
-// starts with an empty one: a request that was not sent is dropped, one that was answered is not
-// sent again.
+// something; Behaviour after what it changes by itself. After a reset in the middle of a change the
+// next boot goes on from the last seal: a request that was not sent is dropped; one whose answer
+// was not sealed is sent again byte for byte, and answered as before; a COMMAND has not been
+// acknowledged, and comes again. Only a reset between the two instructions with which an AVR writes
+// the CRC leaves an empty memory.
 #pragma once
 
 #include <stdint.h>
@@ -27,8 +29,7 @@ namespace client {
 /// DATA of the longest request with a seq that is not one of TAG: TRACE_WIDE.
 constexpr uint8_t kMaxPending = 11;
 
-/// Plain memory, zeroed by the caller when it cannot be trusted. Only Conversation writes to it.
-struct RequestMemory {
+struct RequestValues {
   Pose start;          ///< the pose on the map where odometry starts
   uint16_t nonce;      ///< of the boot that used it; another boot counter clears the rest
   uint16_t epoch;      ///< the server's, as last heard
@@ -47,7 +48,13 @@ struct RequestMemory {
   uint8_t tag_length;
   uint8_t tag_data[kMaxTagRequest];  ///< of a request of TAG with a seq
   bool numbered;                     ///< seq is this boot's own: HELLO has been answered
-  uint16_t crc;                      ///< of all the above
+};
+
+/// Plain memory, zeroed by the caller when it cannot be trusted. Only Conversation and Behaviour
+/// write to its values. The CRC fits them or what is sealed: at any moment one of the two is whole.
+struct RequestMemory : RequestValues {
+  uint16_t crc;
+  RequestValues sealed;
 };
 
 /// To be called after a change.
@@ -55,6 +62,10 @@ void Seal(RequestMemory* memory);
 
 /// Whether it is unchanged since Seal.
 bool Trusted(const RequestMemory& memory);
+
+/// After a reset: takes the values back to the last Seal, and Seal is to follow. False: there is
+/// none.
+bool Restore(RequestMemory* memory);
 
 }  // namespace client
 }  // namespace pheromone

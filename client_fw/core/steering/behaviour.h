@@ -145,8 +145,15 @@ class Behaviour : private BehaviourVariables {
   void OnOffTheMap();
   /// The server has been silent for so long that HELLO is said again.
   void OnSilence();
-  /// A COMMAND with as many `arguments` as its code has. kNone: it was executed.
+  /// A COMMAND with as many `arguments` as its code has. kNone: it was executed. The caller seals
+  /// the memory.
   protocol::Reason Execute(uint8_t code, const uint8_t* arguments);
+  /// COMMAND 2, not by a frame.
+  protocol::Reason Resume() {
+    const protocol::Reason result = Release();
+    Seal(memory_);
+    return result;
+  }
   /// The value of state().value_wanted.
   void Tell(uint16_t value);
   /// The first event that is to be reported, its argument is returned; there is one.

@@ -22,9 +22,7 @@ using protocol::Reason;
 using protocol::TransitionDoes;
 
 uint16_t CheckOf(const NetState& state) {
-  // Not the plain CRC, which memory full of zeros would pass.
-  return static_cast<uint16_t>(
-      ~protocol::Crc16(reinterpret_cast<const uint8_t*>(&state), offsetof(NetState, crc)));
+  return protocol::Check(&state, offsetof(NetState, crc));
 }
 
 }  // namespace

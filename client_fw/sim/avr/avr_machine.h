@@ -6,10 +6,10 @@
 //   machine.Send(AvrMachine::kRobot, 0xFA, machine.now_ns() + 1'041'667);
 //   machine.RunTo(1'000'000'000);
 //
-// UART0 is the radio, UART1 the robot, which an ATmega328P does not have: nothing may be said of it
-// then. Time is int64_t nanoseconds since the machine was made;
-// resets do not affect it. The same calls give the same run, and the steps of RunTo do not matter,
-// as long as no input is given later than its time.
+// UART0 is the radio, UART1 the robot; an ATmega328P has no UART1, and calls about it throw
+// std::out_of_range. Time is int64_t nanoseconds since the machine was made; resets do not affect
+// it. The same calls give the same run, and the steps of RunTo do not matter, as long as no input
+// is given later than its time.
 //
 // Added to libsimavr 1.6: byte times without a parity bit, read from the registers at each byte;
 // transmission through a data and a shift register, reported at the stop bit; a receive buffer of

@@ -31,6 +31,10 @@ inline uint8_t digitalPinToInterrupt(uint8_t pin) {
 inline void noInterrupts() {}
 inline void interrupts() {}
 
+#ifdef ESP8266
+struct rst_info;
+#endif
+
 namespace shim {
 
 class Stream {
@@ -42,6 +46,15 @@ class Stream {
  protected:
   ~Stream() = default;
 };
+
+#ifdef ESP8266
+class EspClass {
+ public:
+  rst_info* getResetInfoPtr();
+};
+
+extern EspClass ESP;
+#endif
 
 }  // namespace shim
 

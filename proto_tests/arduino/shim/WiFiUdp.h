@@ -19,6 +19,8 @@ class WiFiUDP {
   int parsePacket();
   int available();
   int read();
+  IPAddress remoteIP();
+  uint16_t remotePort();
 };
 
 }  // namespace shim

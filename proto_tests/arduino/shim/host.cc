@@ -1,11 +1,10 @@
 // Runs an example for an ESP on a host: a robot with two motors and encoders, in real time.
 //
-//   esp_sketch PORT EEPROM_FILE
+//   esp_sketch PORT EEPROM_FILE [reset]
 //
 // Its network has one server: wherever datagrams go to, 127.0.0.1:PORT gets them. The EEPROM is
-// what was last committed to the file. Prints a line every half second, "x_m y_m degrees", until
-// SIGTERM.
-#include <Arduino.h>
+// what was last committed to the file. It was switched on, or else reset by itself. Prints a line
+// every half second, "x_m y_m degrees", until SIGTERM.
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -20,14 +19,23 @@
 #include <vector>
 
 #include "client_fw/sim/differential_drive.h"
+#include "proto_tests/arduino/shim/Arduino.h"
 #include "proto_tests/arduino/shim/EEPROM.h"
 #include "proto_tests/arduino/shim/IPAddress.h"
 #include "proto_tests/arduino/shim/WiFi.h"
 #include "proto_tests/arduino/shim/WiFiUdp.h"
+#ifdef ESP32
+#include "proto_tests/arduino/shim/esp_system.h"
+#else
+#include "proto_tests/arduino/shim/user_interface.h"
+#endif
 
 namespace shim {
 WiFiClass WiFi;
 EEPROMClass EEPROM;
+#ifdef ESP8266
+EspClass ESP;
+#endif
 }  // namespace shim
 
 namespace {
@@ -36,7 +44,10 @@ using Clock = std::chrono::steady_clock;
 
 volatile std::sig_atomic_t stopped = 0;
 const char* eeprom_file = nullptr;
+bool was_switched_on = true;
 sockaddr_in server{};
+IPAddress server_ip(0, 0, 0, 0);  // for the sketch
+uint16_t server_port = 0;
 
 // --- Wheels: the first two interrupts are the encoders' channels A, the left one first; the first
 // two pins with PWM are the motors', and their directions the pins written before each.
@@ -115,7 +126,12 @@ int Socket() {
 
 std::vector<uint8_t> outgoing;
 std::vector<uint8_t> incoming;
+sockaddr_in sender{};
 size_t taken = 0;
+
+bool IsFromServer() {
+  return sender.sin_addr.s_addr == server.sin_addr.s_addr && sender.sin_port == server.sin_port;
+}
 
 }  // namespace
 
@@ -204,7 +220,9 @@ bool EEPROMClass::commit() {
 
 void WiFiUDP::begin(uint16_t /*port*/) {}
 
-int WiFiUDP::beginPacket(IPAddress /*to*/, uint16_t /*port*/) {
+int WiFiUDP::beginPacket(IPAddress to, uint16_t port) {
+  server_ip = to;
+  server_port = port;
   outgoing.clear();
   return 1;
 }
@@ -224,7 +242,9 @@ int WiFiUDP::endPacket() {
 int WiFiUDP::parsePacket() {
   incoming.resize(2048);
   taken = 0;
-  const ssize_t size = recv(Socket(), incoming.data(), incoming.size(), 0);
+  socklen_t sender_size = sizeof(sender);
+  const ssize_t size = recvfrom(Socket(), incoming.data(), incoming.size(), 0,
+                                reinterpret_cast<sockaddr*>(&sender), &sender_size);
   incoming.resize(size > 0 ? static_cast<size_t>(size) : 0);
   return static_cast<int>(incoming.size());
 }
@@ -237,11 +257,36 @@ int WiFiUDP::read() {
   return taken < incoming.size() ? incoming[taken++] : -1;
 }
 
+IPAddress WiFiUDP::remoteIP() {
+  if (IsFromServer()) {
+    return server_ip;
+  }
+  const auto* const bytes = reinterpret_cast<const uint8_t*>(&sender.sin_addr.s_addr);
+  return {bytes[0], bytes[1], bytes[2], bytes[3]};
+}
+
+uint16_t WiFiUDP::remotePort() {
+  return IsFromServer() ? server_port : ntohs(sender.sin_port);
+}
+
+#ifdef ESP32
+esp_reset_reason_t esp_reset_reason() {
+  return was_switched_on ? ESP_RST_POWERON : ESP_RST_BROWNOUT;
+}
+#else
+rst_info* EspClass::getResetInfoPtr() {
+  static rst_info info;
+  info.reason = was_switched_on ? REASON_DEFAULT_RST : REASON_WDT_RST;
+  return &info;
+}
+#endif
+
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "Usage: %s PORT EEPROM_FILE\n", argv[0]);
+  if (argc != 3 && argc != 4) {
+    std::fprintf(stderr, "Usage: %s PORT EEPROM_FILE [reset]\n", argv[0]);
     return 2;
   }
+  was_switched_on = argc == 3;
   server.sin_family = AF_INET;
   server.sin_port = htons(static_cast<uint16_t>(std::atoi(argv[1])));
   server.sin_addr.s_addr = htonl(INADDR_LOOPBACK);

@@ -19,8 +19,8 @@ constexpr uint32_t kBaud = 9600;
 
 // ---
 
-constexpr StepperConfig kWheels = {static_cast<uint32_t>(3141593 * kWheelMm / kStepsPerTurn),
-                                   static_cast<uint32_t>(1000 * kTrackMm),
+constexpr StepperConfig kWheels = {RollNm(kWheelMm, kStepsPerTurn),
+                                   TrackUm(kTrackMm),
                                    400,     // mm/s
                                    600,     // mm/s^2
                                    {2, 3},  // left

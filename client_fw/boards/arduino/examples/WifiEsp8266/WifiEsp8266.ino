@@ -34,8 +34,7 @@ constexpr uint8_t kLed = D4;
 
 // ---
 
-constexpr WheelConfig kWheels = {static_cast<uint32_t>(3141593 * kWheelMm / kTicksPerTurn),
-                                 static_cast<uint32_t>(1000 * kTrackMm), kFullSpeedMmS};
+constexpr WheelConfig kWheels = {RollNm(kWheelMm, kTicksPerTurn), TrackUm(kTrackMm), kFullSpeedMmS};
 
 volatile int16_t left_ticks;
 volatile int16_t right_ticks;
