@@ -25,6 +25,7 @@
 #include "server/base/command_line.h"
 #include "server/base/program.h"
 
+#include "server/base/number_check.h"
 namespace pheromone::attach {
 namespace {
 
@@ -143,17 +144,6 @@ std::vector<uint32_t> Rates() {
   return {rates.begin(), rates.end()};
 }
 
-// Unlike CLI::Range, it rejects "nan".
-CLI::Validator Seconds() {
-  return {[](const std::string& text) {
-            double value = 0;
-            return CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 1e7
-                       ? std::string()
-                       : text + " is not a number of seconds from 0.1 to 1e7";
-          },
-          "0.1 to 1e7"};
-}
-
 int Main(int argc, char** argv) {
   Options options;
   client::Parameters& client = options.client;
@@ -199,9 +189,9 @@ int Main(int argc, char** argv) {
                  "Bit rate of the modem's port (default: 9600), also of one behind TCP or a pty")
       ->check(CLI::IsMember(Rates()));
   app.add_option("--status", options.status_s, "Print pose and speeds every so many seconds")
-      ->check(Seconds());
+      ->check(Number(0.1, 1e7));
   app.add_option("--seconds", options.seconds, "End after this time (default: on a signal)")
-      ->check(Seconds());
+      ->check(Number(0.1, 1e7));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -16,6 +16,7 @@
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/ros2/bridge.h"
 #include "client_fw/ros2/environment.h"
+#include "server/base/number_check.h"
 #include "client_fw/ros2/options.h"
 #include "server/base/command_line.h"
 #include "server/base/program.h"
@@ -109,7 +110,7 @@ int Main(int argc, char** argv) {
   app.add_option("--map-frame", options.map_frame, "The frame of the map (default: map)");
   app.add_option("--track", options.track_m,
                  "Distance of a robot's wheels, m (default: 0.16, a TurtleBot3 Burger)")
-      ->check(CLI::Range(0.01, 10.0));
+      ->check(Number(0.01, 10));
   app.add_flag("--stamped", options.stamped, "cmd_vel is TwistStamped, as robots of Jazzy expect");
   app.add_option("--distro", words.distro,
                  "What `ros2 node list` belongs to: humble, iron (and later), auto (default: auto, "

@@ -32,6 +32,7 @@
 #include "client_fw/tracker/tracking.h"
 #include "server/base/command_line.h"
 #include "server/base/file.h"
+#include "server/base/number_check.h"
 #include "server/base/program.h"
 #include "server/operators/ctl/pdf.h"
 
@@ -314,17 +315,6 @@ int Print(const Options& options) {
   return 0;
 }
 
-// Unlike CLI::Range, it rejects "nan".
-CLI::Validator NumberFrom(double least, double most) {
-  return {[least, most](const std::string& text) {
-            double value = 0;
-            return CLI::detail::lexical_cast(text, value) && value >= least && value <= most
-                       ? std::string()
-                       : fmt::format("{} is not a number from {} to {}", text, least, most);
-          },
-          fmt::format("{} to {}", least, most)};
-}
-
 void AddConfig(CLI::App* command, Options* options) {
   command->add_option("CONFIG", options->config, "The configuration, a TOML file")->required();
 }
@@ -333,10 +323,10 @@ void AddSimulation(CLI::App* command, Options* options) {
   auto* const simulate = command->add_flag("--simulate", options->simulate,
                                            "Render the pictures, of robots on an ellipse");
   command->add_option("--noise", options->noise, "Noise of rendered pictures, levels of 255")
-      ->check(NumberFrom(0, 100))
+      ->check(Number(0, 100))
       ->needs(simulate);
   command->add_option("--blur", options->blur_px, "Blur of rendered pictures, pixels")
-      ->check(NumberFrom(0, 3))
+      ->check(Number(0, 3))
       ->needs(simulate);
 }
 
@@ -384,9 +374,9 @@ int Main(int argc, char** argv) {
   run->get_option("--simulate")->excludes(files);
   run->add_option("--count", options.count, "End after so many pictures")
       ->check(CLI::Range(1, 1'000'000'000));
-  run->add_option("--seconds", options.seconds, "End after this time")->check(NumberFrom(0.1, 1e7));
+  run->add_option("--seconds", options.seconds, "End after this time")->check(Number(0.1, 1e7));
   run->add_option("--status", options.status_s, "Print a line every so many seconds (default: 10)")
-      ->check(NumberFrom(0.1, 1e7));
+      ->check(Number(0.1, 1e7));
   run->callback([&] { status = Run(options); });
   try {
     app.parse(argc, argv);
