@@ -27,6 +27,7 @@
 
 #include "server/base/number_check.h"
 namespace pheromone::attach {
+#include "server/base/say_line.h"
 namespace {
 
 constexpr int kFailed = 1;

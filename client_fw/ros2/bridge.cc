@@ -10,13 +10,13 @@
 #include <utility>
 #include <vector>
 
-#include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/ros2/bridged_robot.h"
 #include "client_fw/ros2/node.h"
 #include "client_fw/ros2/robot_report.h"
 #include "client_fw/ros2/server_thread.h"
 #include "client_fw/ros2/text.h"
+#include "server/base/say_line.h"
 
 namespace pheromone::ros2 {
 namespace {
@@ -51,7 +51,7 @@ class Bridge {
       robot.Stop();
     }
     node_->Flush(kPartingMs);
-    attach::SayLine(now_ms_, "ended; robots that were driven are told to stand");
+    SayLine(now_ms_, "ended; robots that were driven are told to stand");
   }
 
  private:
@@ -60,7 +60,7 @@ class Bridge {
     static_frames_.Take([&](const TFMessage& message) { OnTransforms(message); });
     frames_.Take([&](const TFMessage& message) { OnTransforms(message); });
     halt_.Take([&](const Empty&) {
-      attach::SayLine(now_ms_, "halt, by /pheromone/halt");
+      SayLine(now_ms_, "halt, by /pheromone/halt");
       for (BridgedRobot& robot : robots_) {
         robot.Halt();
       }
@@ -130,7 +130,7 @@ Status RunBridge(const BridgeOptions& options, const Discovery& discovery,
   PHEROMONE_TRY(const std::unique_ptr<Node> node, Node::Create(discovery, options.distro));
   Bridge bridge(options, node.get());
   PHEROMONE_TRY_STATUS(node->status());
-  attach::SayLine(0, fmt::format("node /pheromone in domain {}", discovery.domain));
+  SayLine(0, fmt::format("node /pheromone in domain {}", discovery.domain));
   bridge.Run(stop);
   return Ok();
 }

@@ -14,6 +14,7 @@
 #include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/stop_text.h"
 #include "client_fw/ros2/text.h"
+#include "server/base/say_line.h"
 
 namespace pheromone::ros2 {
 namespace {
@@ -90,8 +91,8 @@ void BridgedRobot::OnGoal(const PoseStamped& goal, int64_t now_ms) {
   const std::string name = entry_.name_space + ": goal";
   const std::string frame = FrameOf(goal.header.frame_id);
   if (frame != options_.map_frame || !std::isfinite(at.x) || !std::isfinite(at.y)) {
-    attach::SayLine(now_ms, fmt::format("{}: frame \"{}\", expected finite x and y in \"{}\"", name,
-                                        frame, options_.map_frame));
+    SayLine(now_ms, fmt::format("{}: frame \"{}\", expected finite x and y in \"{}\"", name, frame,
+                                options_.map_frame));
     return;
   }
   server_->Send(name, "/api/v1/goto",
@@ -189,7 +190,7 @@ RobotReport BridgedRobot::MakeReport() const {
 void BridgedRobot::Report(int64_t now_ms) {
   const std::string text = entry_.name_space + ": " + StateText();
   if (text != said_) {
-    attach::SayLine(now_ms, text);
+    SayLine(now_ms, text);
     said_ = text;
   }
 }

@@ -12,10 +12,10 @@
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 
-#include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/ros2/diagnostics.h"
 #include "client_fw/ros2/text.h"
+#include "server/base/say_line.h"
 #include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/server_call.h"
 
@@ -92,7 +92,7 @@ void ServerThread::Send(const std::string& name, const std::string& target,
                         const std::string& body) {
   const std::lock_guard lock(mutex_);
   if (orders_.size() >= kMaxOrders) {
-    attach::SayLine(NowMs(), name + ": dropped, the server is behind with orders");
+    SayLine(NowMs(), name + ": dropped, the server is behind with orders");
     return;
   }
   Order order{name, target, body};
@@ -144,7 +144,7 @@ void ServerThread::SendOrders() {
     }
     const ctl::Reply reply = ctl::Ask({.socket = options_.socket, .patience = kPatience}, "POST",
                                       order.target, order.body);
-    attach::SayLine(NowMs(), order.name + ": " + (reply.exit_status == 0 ? "done" : reply.error));
+    SayLine(NowMs(), order.name + ": " + (reply.exit_status == 0 ? "done" : reply.error));
   }
 }
 
@@ -221,8 +221,8 @@ bool ServerThread::IsOnMap(const Header& header, const std::string& what) {
   if (frame == options_.map_frame) {
     return true;
   }
-  attach::SayLine(
-      NowMs(), fmt::format("{}: frame \"{}\", expected \"{}\"", what, frame, options_.map_frame));
+  SayLine(NowMs(),
+          fmt::format("{}: frame \"{}\", expected \"{}\"", what, frame, options_.map_frame));
   return false;
 }
 
@@ -245,9 +245,8 @@ void ServerThread::TakeOrders(Layer* layer) {
       points.push_back({at.x, at.y});
     }
     if (!good) {
-      attach::SayLine(NowMs(),
-                      fmt::format("paint: a path of {} poses, expected 1 to {} finite ones",
-                                  message.poses._length, kMaxPathPoints));
+      SayLine(NowMs(), fmt::format("paint: a path of {} poses, expected 1 to {} finite ones",
+                                   message.poses._length, kMaxPathPoints));
     } else if (IsOnMap(message.header, "paint")) {
       Send("paint", "/api/v1/paint",
            json::serialize(
@@ -346,7 +345,7 @@ void ServerThread::Turn(int64_t turn) {
       }
     }
     if (trouble_ != said_) {
-      attach::SayLine(NowMs(), "server: " + (trouble_.empty() ? "answers" : trouble_));
+      SayLine(NowMs(), "server: " + (trouble_.empty() ? "answers" : trouble_));
       said_ = trouble_;
     }
   }

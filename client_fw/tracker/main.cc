@@ -34,6 +34,7 @@
 #include "server/base/file.h"
 #include "server/base/number_check.h"
 #include "server/base/program.h"
+#include "server/base/say_line.h"
 #include "server/operators/ctl/pdf.h"
 
 namespace pheromone::tracker {
@@ -138,9 +139,8 @@ Status Follow(const Options& options, Input* input) {
   std::string trouble;
   const auto report = [&] {
     const double now = Now();
-    fmt::print("{:6.1f} s  {}{}\n", now - start, figures.Line(now - since),
-               trouble.empty() ? "" : "; " + trouble);
-    std::fflush(stdout);
+    SayLine(std::llround(1000 * (now - start)),
+            figures.Line(now - since) + (trouble.empty() ? "" : "; " + trouble));
     figures.Clear();
     trouble.clear();
     since = now;
