@@ -138,7 +138,7 @@ class MapTest(unittest.TestCase):
         self.assertIn('deposit: frame "elsewhere", expected "map"', self.bridge.log())
         # Each cell is what the server has, rows upside down; unknown where the wall is.
         raster = json.loads(self.daemon.call("GET", "/api/v1/field?pheromone=path")[1])
-        self.assertEqual(grid["data"], [-1 if value is None else round(value * 98)
+        self.assertEqual(grid["data"], [-1 if value is None else value and max(1, round(value * 98))
                                         for row in reversed(raster["values"]) for value in row])
         self.assertEqual(level(grid, 3.5, 2.7), -1)
         self.assertEqual([grid["info"]["origin"]["position"][it] for it in "xy"], raster["origin_m"])
