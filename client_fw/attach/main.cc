@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <string>
@@ -21,6 +22,7 @@
 #include "client_fw/attach/connection.h"
 #include "client_fw/attach/reporter.h"
 #include "client_fw/attach/servers.h"
+#include "client_fw/boards/host/plane_pose.h"
 #include "client_fw/boards/host/real_time.h"
 #include "server/base/command_line.h"
 #include "server/base/program.h"
@@ -30,9 +32,7 @@ namespace pheromone::attach {
 #include "server/base/say_line.h"
 namespace {
 
-constexpr int kFailed = 1;
-constexpr int kWrongInput = 2;
-constexpr double kBinaryAnglesPerDegree = 65'536 / 360.0;
+constexpr char kProgram[] = "pheromone-robot";
 constexpr double kFarthestM = client::kMaxCoordinateMm / 1000.0;
 
 struct Options {
@@ -45,20 +45,6 @@ struct Options {
   double seconds = 0;
   double status_s = 0;
 };
-
-int Fail(const std::string& message, int status) {
-  fmt::print(stderr, "pheromone-robot: {}\n", message);
-  return status;
-}
-
-client::Pose ToPose(const std::array<double, 3>& start) {
-  const auto [x_m, y_m, heading_deg] = start;
-  const auto angle = static_cast<int64_t>(
-      std::llround(std::remainder(heading_deg, 360.0) * kBinaryAnglesPerDegree));
-  return {static_cast<int32_t>(std::lround(x_m * 1000)),
-          static_cast<int32_t>(std::lround(y_m * 1000)),
-          static_cast<client::BinaryAngle>(angle & 0xFFFF)};
-}
 
 // What is wrong with values that are right one by one; empty if nothing is.
 std::string Conflict(const Options& options) {
@@ -114,7 +100,8 @@ int Run(const Options& options) {
   }
   const Address& modem = attach.servers.front();
   attach.client = options.client;
-  attach.client.start = ToPose(options.start);
+  const auto [x_m, y_m, heading_deg] = options.start;
+  attach.client.start = client::ToClientPose({x_m, y_m, heading_deg * std::numbers::pi / 180});
   attach.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
   attach.client.baud = modem_baud;
   // Adapters and networks deliver late and in pieces.

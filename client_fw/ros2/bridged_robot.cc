@@ -26,7 +26,7 @@ client::Parameters ParametersOf(const BridgeOptions& options, const RobotEntry& 
   client::Parameters parameters = options.client;
   parameters.id = entry.id;
   if (entry.start) {
-    parameters.start = *ToClientPose(*entry.start);
+    parameters.start = ToClientPose(*entry.start);
   }
   parameters.boot_counter = static_cast<uint16_t>(std::random_device{}());
   parameters.buffered_link = true;  // networks deliver late

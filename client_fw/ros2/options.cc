@@ -38,7 +38,7 @@ std::optional<PlanePose> ReadPose(std::string_view text) {
     return std::nullopt;
   }
   const PlanePose pose{*x, *y, *degrees * std::numbers::pi / 180};
-  return ToClientPose(pose) ? std::optional(pose) : std::nullopt;
+  return IsReportable(pose) ? std::optional(pose) : std::nullopt;
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ TEST(RosOptions, RobotHasNamespaceIdAndStart) {
   EXPECT_EQ(robot.id, 254);
   EXPECT_EQ(robot.start->x_m, 5);
   EXPECT_EQ(robot.start->y_m, 3.5);
-  EXPECT_DOUBLE_EQ(robot.start->yaw, -std::numbers::pi / 2);
+  EXPECT_DOUBLE_EQ(robot.start->heading_rad, -std::numbers::pi / 2);
   EXPECT_FALSE(ParseRobot("tb1:1").value().start);
 }
 

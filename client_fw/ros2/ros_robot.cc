@@ -21,35 +21,26 @@ client::Parameters WithStart(client::Parameters parameters, PoseSource source) {
 }
 
 bool IsFinite(const PlanePose& pose) {
-  return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw);
+  return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.heading_rad);
+}
+
+std::optional<client::Pose> Reportable(const PlanePose& pose) {
+  return IsReportable(pose) ? std::optional(ToClientPose(pose)) : std::nullopt;
 }
 
 }  // namespace
 
 PlanePose Compose(const PlanePose& frame, const PlanePose& pose) {
-  const double c = std::cos(frame.yaw);
-  const double s = std::sin(frame.yaw);
+  const double c = std::cos(frame.heading_rad);
+  const double s = std::sin(frame.heading_rad);
   return {frame.x_m + c * pose.x_m - s * pose.y_m, frame.y_m + s * pose.x_m + c * pose.y_m,
-          frame.yaw + pose.yaw};
+          frame.heading_rad + pose.heading_rad};
 }
 
 PlanePose Inverse(const PlanePose& pose) {
-  const double c = std::cos(pose.yaw);
-  const double s = std::sin(pose.yaw);
-  return {-c * pose.x_m - s * pose.y_m, s * pose.x_m - c * pose.y_m, -pose.yaw};
-}
-
-std::optional<client::Pose> ToClientPose(const PlanePose& pose) {
-  constexpr double kFarthestM = client::kMaxCoordinateMm / 1000.0;
-  if (!IsFinite(pose) || std::abs(pose.x_m) > kFarthestM || std::abs(pose.y_m) > kFarthestM) {
-    return std::nullopt;
-  }
-  constexpr double kTurn = 2 * std::numbers::pi;
-  const auto angle =
-      static_cast<int64_t>(std::llround(std::remainder(pose.yaw, kTurn) * 65'536 / kTurn));
-  return client::Pose{static_cast<int32_t>(std::lround(pose.x_m * 1000)),
-                      static_cast<int32_t>(std::lround(pose.y_m * 1000)),
-                      static_cast<client::BinaryAngle>(angle & 0xFFFF)};
+  const double c = std::cos(pose.heading_rad);
+  const double s = std::sin(pose.heading_rad);
+  return {-c * pose.x_m - s * pose.y_m, s * pose.x_m - c * pose.y_m, -pose.heading_rad};
 }
 
 RosRobot::RosRobot(const client::Parameters& parameters, double track_m, PoseSource source)
@@ -87,9 +78,9 @@ std::optional<client::Pose> RosRobot::Place() const {
     return std::nullopt;
   }
   if (source_ == PoseSource::kStart) {
-    return ToClientPose(Compose(Inverse(*first_odometry_), odometry_));
+    return Reportable(Compose(Inverse(*first_odometry_), odometry_));
   }
-  return map_to_odometry_ ? ToClientPose(Compose(*map_to_odometry_, odometry_)) : std::nullopt;
+  return map_to_odometry_ ? Reportable(Compose(*map_to_odometry_, odometry_)) : std::nullopt;
 }
 
 void RosRobot::Step(int64_t now_ms) {

@@ -3,7 +3,7 @@
 // speeds and frames come out.
 //
 //   RosRobot robot(parameters, 0.16, PoseSource::kStart);
-//   robot.OnOdometry({x_m, y_m, yaw}, now_ms);
+//   robot.OnOdometry({x_m, y_m, heading_rad}, now_ms);
 //   robot.OnServerBytes(bytes);
 //   robot.Step(now_ms);                                   // every millisecond
 //   if (const auto speed = robot.TakeSpeed()) ...         // to cmd_vel
@@ -28,6 +28,7 @@
 
 #include "client_fw/boards/host/host_board.h"
 #include "client_fw/core/robot.h"
+#include "client_fw/boards/host/plane_pose.h"
 
 namespace pheromone::ros2 {
 
@@ -36,18 +37,11 @@ constexpr int64_t kOdometryMs = 400;
 /// For so long a halted robot is told to stand.
 constexpr int64_t kStandMs = 1000;
 
-/// A place in a plane, and the direction there; also a transform between two frames.
-struct PlanePose {
-  double x_m = 0;
-  double y_m = 0;
-  double yaw = 0;  ///< rad, counter-clockwise from +x
-};
+using client::PlanePose;
 
 /// What `pose` in the frame `frame` is in the one that contains `frame`.
 PlanePose Compose(const PlanePose& frame, const PlanePose& pose);
 PlanePose Inverse(const PlanePose& pose);
-/// Nothing if it is not finite or off the range of the protocol.
-std::optional<client::Pose> ToClientPose(const PlanePose& pose);
 
 enum class PoseSource : uint8_t { kStart, kMap };
 

@@ -53,20 +53,20 @@ TEST(PlanePose, ComposeAndInverseAreThoseOfMatrices) {
   const PlanePose ab = Compose(a, b);
   EXPECT_NEAR(ab.x_m, 1 - 1, 1e-12);  // a turns (3, 1) into (-1, 3)
   EXPECT_NEAR(ab.y_m, 2 + 3, 1e-12);
-  EXPECT_NEAR(ab.yaw, 3 * kPi / 4, 1e-12);
+  EXPECT_NEAR(ab.heading_rad, 3 * kPi / 4, 1e-12);
   const PlanePose one = Compose(Inverse(a), a);
   EXPECT_NEAR(one.x_m, 0, 1e-12);
   EXPECT_NEAR(one.y_m, 0, 1e-12);
-  EXPECT_NEAR(one.yaw, 0, 1e-12);
+  EXPECT_NEAR(one.heading_rad, 0, 1e-12);
 }
 
 TEST(PlanePose, AnglesBecomeBinary) {
-  EXPECT_EQ(ToClientPose({1.2345, -2, kPi / 2})->heading, 0x4000);
-  EXPECT_EQ(ToClientPose({1.2344, -2, -kPi / 2})->x_mm, 1234);
-  EXPECT_EQ(ToClientPose({0, 0, -kPi / 2})->heading, 0xC000);
-  EXPECT_EQ(ToClientPose({0, 0, 7 * kPi})->heading, 0x8000);
-  EXPECT_FALSE(ToClientPose({NAN, 0, 0}));
-  EXPECT_FALSE(ToClientPose({0, 1e6, 0}));
+  EXPECT_EQ(client::ToClientPose({1.2345, -2, kPi / 2}).heading, 0x4000);
+  EXPECT_EQ(client::ToClientPose({1.2344, -2, -kPi / 2}).x_mm, 1234);
+  EXPECT_EQ(client::ToClientPose({0, 0, -kPi / 2}).heading, 0xC000);
+  EXPECT_EQ(client::ToClientPose({0, 0, 7 * kPi}).heading, 0x8000);
+  EXPECT_FALSE(client::IsReportable({NAN, 0, 0}));
+  EXPECT_FALSE(client::IsReportable({0, 1e6, 0}));
 }
 
 TEST(RosRobot, PublishesNothingBeforeAResume) {

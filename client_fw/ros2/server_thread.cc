@@ -272,7 +272,7 @@ void ServerThread::PublishFrames(const json::value& clients) {
     const PlanePose frame = Compose(map, Inverse(*robot->odometry));
     frames.push_back({MakeHeader(options_.map_frame),
                       Text(robot->odometry_frame),
-                      {{frame.x_m, frame.y_m, 0}, ToQuaternion(frame.yaw)}});
+                      {{frame.x_m, frame.y_m, 0}, ToQuaternion(frame.heading_rad)}});
   }
   if (!frames.empty()) {
     TFMessage message{};
