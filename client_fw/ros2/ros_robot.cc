@@ -1,5 +1,6 @@
 #include "client_fw/ros2/ros_robot.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -9,9 +10,12 @@ namespace {
 
 // Longer than this between two Steps is a pause: what the server sent meanwhile is old.
 constexpr int64_t kPauseMs = 100;
+constexpr double kTurnRad = 2 * std::numbers::pi;
 // Further than this, odometry does not get from one message to the next.
 constexpr double kJumpM = 0.5;
 constexpr double kFastestMPerS = 2.0;
+constexpr double kJumpRad = 0.5;
+constexpr double kFastestRadPerS = 4.0;
 
 client::Parameters WithStart(client::Parameters parameters, PoseSource source) {
   if (source == PoseSource::kMap) {
@@ -52,10 +56,15 @@ void RosRobot::OnOdometry(const PlanePose& pose, int64_t now_ms) {
   if (!IsFinite(pose)) {
     return;
   }
-  if (odometry_ms_) {
-    const double seconds = static_cast<double>(now_ms - *odometry_ms_) / 1000;
+  if (odometry_ms_ && source_ == PoseSource::kStart) {
+    // Without odometry it was told to stand: how long that lasted permits no more.
+    const double seconds =
+        static_cast<double>(std::min(now_ms - *odometry_ms_, kOdometryMs)) / 1000;
     const double way_m = std::hypot(pose.x_m - odometry_.x_m, pose.y_m - odometry_.y_m);
-    jumped_ |= source_ == PoseSource::kStart && way_m > kJumpM + kFastestMPerS * seconds;
+    const double turn_rad =
+        std::abs(std::remainder(pose.heading_rad - odometry_.heading_rad, kTurnRad));
+    jumped_ |=
+        way_m > kJumpM + kFastestMPerS * seconds || turn_rad > kJumpRad + kFastestRadPerS * seconds;
   }
   if (!first_odometry_) {
     first_odometry_ = pose;
@@ -99,12 +108,11 @@ void RosRobot::Step(int64_t now_ms) {
   board_.Receive(from_server_.data(), from_server_.size());
   from_server_.clear();
   robot_.Step();
-  halt_ = jumped_ = false;
-  if (resume_) {
-    // A resume that an alarm still forbids waits for it to end.
-    resume_ = drive_.state.alarms != 0 && !disabled_;
+  // A halt wins over what would resume in the same turn, whichever came first.
+  if (resume_ && !halt_ && !jumped_) {
     robot_.Execute(protocol::CommandCode::kResume);
   }
+  halt_ = jumped_ = resume_ = false;
   drive_.told |= was_fresh && !fresh_;
   if (released()) {
     silent_ms_ = now_ms + kStandMs;

@@ -14,9 +14,10 @@
 // older than kOdometryMs stops the robot, which drives on when it returns.
 //
 // Where it is on the map: PoseSource::kStart adds what odometry has covered since its first message
-// to a start pose. If odometry jumps further than a robot can drive, it was reset: the pose is
-// lost, and the robot halts until it is told where it is. PoseSource::kMap takes the transform from
-// map to odometry that somebody else finds, and stands while there is none.
+// to a start pose. If odometry jumps or turns further than a robot can drive within kOdometryMs, it
+// was reset, however long it was away: the pose is lost, and the robot halts until it is told where
+// it is. PoseSource::kMap takes the transform from map to odometry that somebody else finds, and
+// stands while there is none.
 //
 // One thread.
 #pragma once
@@ -27,12 +28,12 @@
 #include <vector>
 
 #include "client_fw/boards/host/host_board.h"
-#include "client_fw/core/robot.h"
 #include "client_fw/boards/host/plane_pose.h"
+#include "client_fw/core/robot.h"
 
 namespace pheromone::ros2 {
 
-/// Odometry, speeds are repeated each 250 ms: the robot stands within half a second.
+/// Odometry that is older than this stops the robot, which is told to stand at once.
 constexpr int64_t kOdometryMs = 400;
 /// For so long a halted robot is told to stand.
 constexpr int64_t kStandMs = 1000;
@@ -66,7 +67,7 @@ class RosRobot {
   /// False: halts, and stays halted whatever the server says. True: permits it to drive, and
   /// resumes.
   void Enable(bool enabled);
-  /// Halts, until a resume.
+  /// Halts, until a resume that comes after the next Step.
   void Halt() { halt_ = true; }
 
   void Step(int64_t now_ms);
