@@ -66,8 +66,12 @@ BridgedRobot::BridgedRobot(Node* node, const BridgeOptions& options, const Robot
 
 void BridgedRobot::OnTransform(const std::string& parent, const std::string& child,
                                const PlanePose& transform) {
-  if (options_.localisation == Localisation::kTf && parent == options_.map_frame &&
-      !odometry_frame_.empty() && child == odometry_frame_) {
+  if (options_.localisation != Localisation::kTf || parent != options_.map_frame) {
+    return;
+  }
+  if (odometry_frame_.empty()) {
+    early_.insert_or_assign(child, transform);
+  } else if (child == odometry_frame_) {
     robot_.OnMapToOdometry(transform);
   }
 }
@@ -76,12 +80,20 @@ void BridgedRobot::TakeMessages(int64_t now_ms) {
   odometry_.Take([&](const Odometry& message) {
     odometry_frame_ = FrameOf(message.header.frame_id);
     robot_.OnOdometry(ToPlane(message.pose.pose), now_ms);
+    if (const auto early = early_.find(odometry_frame_); early != early_.end()) {
+      robot_.OnMapToOdometry(early->second);
+    }
+    early_.clear();
   });
   amcl_pose_.Take([&](const PoseWithCovarianceStamped& message) {
-    if (FrameOf(message.header.frame_id) == options_.map_frame && robot_.has_odometry()) {
-      robot_.OnMapToOdometry(Compose(ToPlane(message.pose.pose), Inverse(robot_.odometry())));
+    if (FrameOf(message.header.frame_id) == options_.map_frame) {
+      amcl_ = ToPlane(message.pose.pose);
     }
   });
+  if (amcl_ && robot_.has_odometry()) {
+    robot_.OnMapToOdometry(Compose(*amcl_, Inverse(robot_.odometry())));
+    amcl_.reset();
+  }
   enable_.Take([&](const Bool& message) { robot_.Enable(message.data); });
   goal_.Take([&](const PoseStamped& message) { OnGoal(message, now_ms); });
 }
