@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <list>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -92,9 +93,10 @@ class Bridge {
     for (uint32_t i = 0; i < message.transforms._length; ++i) {
       const auto& it = message.transforms._buffer[i];
       const auto& at = it.transform.translation;
+      const std::string parent = FrameOf(it.header.frame_id);
+      const std::string child = FrameOf(it.child_frame_id);
       for (BridgedRobot& robot : robots_) {
-        robot.OnTransform(FrameOf(it.header.frame_id), FrameOf(it.child_frame_id),
-                          ToPlane(at.x, at.y, it.transform.rotation));
+        robot.OnTransform(parent, child, ToPlane(at.x, at.y, it.transform.rotation));
       }
     }
   }
