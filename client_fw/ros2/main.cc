@@ -35,12 +35,8 @@ struct Words {
   std::string distro = "auto";
 };
 
-int Fail(const std::string& message, int status) {
-  fmt::print(stderr, "pheromone-ros2: {}\n", message);
-  return status;
-}
-
-Status Read(const Words& words, BridgeOptions* options) {
+Status Read(const Words& words, const std::vector<std::string>& for_robots,
+            BridgeOptions* options) {
   for (const std::string& text : words.robots) {
     Result<RobotEntry> robot = ParseRobot(text);
     if (!robot.ok()) {
@@ -69,7 +65,7 @@ Status Read(const Words& words, BridgeOptions* options) {
   options->distro = words.distro == "auto"     ? Distro::kAuto
                     : words.distro == "humble" ? Distro::kHumble
                                                : Distro::kIron;
-  return CheckOptions(*options);
+  return CheckOptions(*options, for_robots);
 }
 
 int Main(int argc, char** argv) {
@@ -131,8 +127,15 @@ int Main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kWrongInput;
   }
-  if (const Status read = Read(words, &options); !read.ok()) {
-    return Fail(read.error(), kWrongInput);
+  std::vector<std::string> for_robots;
+  for (const char* name : {"--pose", "--track", "--stamped", "--type", "--speed", "--period",
+                           "--fail-safe", "--lay-trail"}) {
+    if (app.count(name) > 0) {
+      for_robots.emplace_back(name);
+    }
+  }
+  if (const Status read = Read(words, for_robots, &options); !read.ok()) {
+    return Fail(kProgram, read.error(), kWrongInput);
   }
   const Result<Discovery> discovery = ReadEnvironment(getenv);
   if (!discovery.ok()) {
