@@ -25,11 +25,11 @@
 #include "client_fw/boards/host/plane_pose.h"
 #include "client_fw/boards/host/real_time.h"
 #include "server/base/command_line.h"
-#include "server/base/program.h"
-
 #include "server/base/number_check.h"
-namespace pheromone::attach {
+#include "server/base/program.h"
 #include "server/base/say_line.h"
+
+namespace pheromone::attach {
 namespace {
 
 constexpr char kProgram[] = "pheromone-robot";
@@ -74,14 +74,14 @@ std::string Conflict(const Options& options) {
 
 int Run(const Options& options) {
   if (const std::string conflict = Conflict(options); !conflict.empty()) {
-    return Fail(conflict, kWrongInput);
+    return Fail(kProgram, conflict, kWrongInput);
   }
   Result<Address> robot = ParseAddress(options.robot, options.robot_baud);
   if (!robot.ok()) {
-    return Fail("--robot: " + robot.error(), kWrongInput);
+    return Fail(kProgram, "--robot: " + robot.error(), kWrongInput);
   }
   if (robot.value().kind == Address::Kind::kUdp) {
-    return Fail("--robot: a Pioneer is reached by a serial port or by TCP, not by UDP",
+    return Fail(kProgram, "--robot: a Pioneer is reached by a serial port or by TCP, not by UDP",
                 kWrongInput);
   }
   const uint32_t modem_baud = options.modem_baud.value_or(9600);
@@ -90,13 +90,13 @@ int Run(const Options& options) {
   for (const std::string& text : options.modem) {
     Result<Address> modem = ParseAddress(text, modem_baud);
     if (!modem.ok()) {
-      return Fail("--modem: " + modem.error(), kWrongInput);
+      return Fail(kProgram, "--modem: " + modem.error(), kWrongInput);
     }
     attach.servers.push_back(std::move(modem).value());
     attach.servers.back().paced = options.modem_baud.has_value();
   }
   if (const Status list = CheckServers(attach.servers); !list.ok()) {
-    return Fail("--modem: " + list.error(), kWrongInput);
+    return Fail(kProgram, "--modem: " + list.error(), kWrongInput);
   }
   const Address& modem = attach.servers.front();
   attach.client = options.client;
@@ -124,7 +124,7 @@ int Run(const Options& options) {
   std::signal(SIGPIPE,
               SIG_IGN);  // whoever read our lines may go, the robot still has to be stopped
   const Result<bool> stands = Attach(attach, StopOnSignals());
-  return !stands.ok() ? Fail(stands.error(), kFailed) : stands.value() ? 0 : kFailed;
+  return !stands.ok() ? Fail(kProgram, stands.error(), kFailed) : stands.value() ? 0 : kFailed;
 }
 
 std::vector<uint32_t> Rates() {
@@ -139,7 +139,7 @@ int Main(int argc, char** argv) {
   CLI::App app{
       "Drives a real Pioneer robot (ARCOS) from this computer: reports its pose to a pheromone "
       "server over a modem or a network, and steers by the answers.",
-      "pheromone-robot"};
+      kProgram};
   Standardise(&app);
   app.set_version_flag("--version", "pheromone-robot " PHEROMONE_VERSION);
   app.add_option("--robot", options.robot, "The Pioneer: /dev/ttyUSB0, or HOST:PORT for TCP")
@@ -192,6 +192,6 @@ int Main(int argc, char** argv) {
 }  // namespace pheromone::attach
 
 int main(int argc, char** argv) {
-  return pheromone::RunProgram("pheromone-robot",
+  return pheromone::RunProgram(pheromone::attach::kProgram,
                                [&] { return pheromone::attach::Main(argc, argv); });
 }

@@ -1,8 +1,6 @@
 // pheromone-ros2: joins robots of ROS 2 with a pheromone server.
 //
 // Exit status: 0 ended as told; 1 DDS cannot start; 2 the command line or the environment is wrong.
-#include <fmt/format.h>
-
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
@@ -16,16 +14,15 @@
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/ros2/bridge.h"
 #include "client_fw/ros2/environment.h"
-#include "server/base/number_check.h"
 #include "client_fw/ros2/options.h"
 #include "server/base/command_line.h"
+#include "server/base/number_check.h"
 #include "server/base/program.h"
 
 namespace pheromone::ros2 {
 namespace {
 
-constexpr int kFailed = 1;
-constexpr int kWrongInput = 2;
+constexpr char kProgram[] = "pheromone-ros2";
 
 struct Words {
   std::vector<std::string> robots;
@@ -77,7 +74,7 @@ int Main(int argc, char** argv) {
   CLI::App app{
       "Joins robots of ROS 2 with a pheromone server: reads their odometry, and drives them by "
       "cmd_vel as the server's intensities tell.",
-      "pheromone-ros2"};
+      kProgram};
   Standardise(&app);
   app.set_version_flag("--version", "pheromone-ros2 " PHEROMONE_VERSION);
   app.add_option("--robot", words.robots,
@@ -139,16 +136,17 @@ int Main(int argc, char** argv) {
   }
   const Result<Discovery> discovery = ReadEnvironment(getenv);
   if (!discovery.ok()) {
-    return Fail(discovery.error(), kWrongInput);
+    return Fail(kProgram, discovery.error(), kWrongInput);
   }
   std::signal(SIGPIPE, SIG_IGN);
   const Status run = RunBridge(options, discovery.value(), StopOnSignals());
-  return run.ok() ? 0 : Fail(run.error(), kFailed);
+  return run.ok() ? 0 : Fail(kProgram, run.error(), kFailed);
 }
 
 }  // namespace
 }  // namespace pheromone::ros2
 
 int main(int argc, char** argv) {
-  return pheromone::RunProgram("pheromone-ros2", [&] { return pheromone::ros2::Main(argc, argv); });
+  return pheromone::RunProgram(pheromone::ros2::kProgram,
+                               [&] { return pheromone::ros2::Main(argc, argv); });
 }

@@ -40,15 +40,9 @@
 namespace pheromone::tracker {
 namespace {
 
-constexpr int kFailed = 1;
-constexpr int kWrongInput = 2;
+constexpr char kProgram[] = "pheromone-tracker";
 constexpr double kSimulatedPeriodS = 0.1;
 constexpr double kDegreesOfRadian = 180 / std::numbers::pi;
-
-int Fail(const std::string& message, int status) {
-  fmt::print(stderr, "pheromone-tracker: {}\n", message);
-  return status;
-}
 
 struct Options {
   std::string config;
@@ -184,10 +178,10 @@ Status Follow(const Options& options, Input* input) {
 int Run(const Options& options) {
   Input input;
   if (const Status opened = Open(options, true, &input); !opened.ok()) {
-    return Fail(opened.error(), kWrongInput);
+    return Fail(kProgram, opened.error(), kWrongInput);
   }
   const Status followed = Follow(options, &input);
-  return followed.ok() ? 0 : Fail(followed.error(), kFailed);
+  return followed.ok() ? 0 : Fail(kProgram, followed.error(), kFailed);
 }
 
 // How far each is from where it should be: one that was measured wrong stands out.
@@ -212,11 +206,11 @@ void TellFloorTags(const Settings& settings, const Camera& camera,
 int Check(const Options& options) {
   Input input;
   if (Status opened = Open(options, true, &input); !opened.ok()) {
-    return Fail(opened.error(), kWrongInput);
+    return Fail(kProgram, opened.error(), kWrongInput);
   }
   const auto picture = input.next();
   if (!picture.ok()) {
-    return Fail(picture.error(), kFailed);
+    return Fail(kProgram, picture.error(), kFailed);
   }
   const std::vector<Detection> found = Detector().Detect(*picture.value());
   const View view = Tracking(input.settings).Look(found);
@@ -224,11 +218,11 @@ int Check(const Options& options) {
     const auto svg = AnnotatedSvg(*picture.value(), input.settings, view);
     const Status written = svg.ok() ? WriteFile(options.out, svg.value()) : svg.error();
     if (!written.ok()) {
-      return Fail(written.error(), kFailed);
+      return Fail(kProgram, written.error(), kFailed);
     }
   }
   if (!view.camera) {
-    return Fail(view.why_no_camera, kFailed);
+    return Fail(kProgram, view.why_no_camera, kFailed);
   }
   const Eigen::Vector3d place = view.camera->camera.place();
   fmt::print("camera  at x {:.3f}, y {:.3f}, {:.3f} m high; floor tags {} of {}, {:.2f} px\n",
@@ -252,18 +246,18 @@ int Check(const Options& options) {
 int Photograph(const Options& options) {
   Input input;
   if (const Status opened = Open(options, false, &input); !opened.ok()) {
-    return Fail(opened.error(), kWrongInput);
+    return Fail(kProgram, opened.error(), kWrongInput);
   }
   const auto picture = input.next();
   const auto png = picture.ok() ? EncodePng(*picture.value()) : picture.error();
   const Status written = png.ok() ? WriteFile(options.out, png.value()) : png.error();
-  return written.ok() ? 0 : Fail(written.error(), kFailed);
+  return written.ok() ? 0 : Fail(kProgram, written.error(), kFailed);
 }
 
 int Calibrate(const Options& options) {
   const auto found = FitLensOfFiles(Board(), options.pictures);
   if (!found.ok()) {
-    return Fail(found.error(), kWrongInput);
+    return Fail(kProgram, found.error(), kWrongInput);
   }
   const auto& [fit, width, height, used] = found.value();
   fmt::print(
@@ -289,7 +283,7 @@ Status WriteSheet(const Options& options, const std::string& name, const std::st
 int Print(const Options& options) {
   const auto settings = LoadSettings(options.config);
   if (!settings.ok()) {
-    return Fail(settings.error(), kWrongInput);
+    return Fail(kProgram, settings.error(), kWrongInput);
   }
   std::vector<std::pair<std::string, std::string>> sheets = {{"board", BoardSheet(Board())}};
   for (const FloorTag& it : settings.value().floor) {
@@ -308,7 +302,7 @@ int Print(const Options& options) {
   std::filesystem::create_directories(options.out, error);
   for (const auto& [name, svg] : sheets) {
     if (const Status written = WriteSheet(options, name, svg); !written.ok()) {
-      return Fail(written.error(), kFailed);
+      return Fail(kProgram, written.error(), kFailed);
     }
   }
   fmt::print("{} sheets in {}\n", sheets.size(), options.out);
@@ -334,7 +328,7 @@ int Main(int argc, char** argv) {
   Options options;
   int status = 0;
   CLI::App app{"Tells a pheromone server where robots are, as a camera above them sees their tags.",
-               "pheromone-tracker"};
+               kProgram};
   Standardise(&app);
   app.set_version_flag("--version", "pheromone-tracker " PHEROMONE_VERSION);
   app.require_subcommand(1);
@@ -390,6 +384,6 @@ int Main(int argc, char** argv) {
 }  // namespace pheromone::tracker
 
 int main(int argc, char** argv) {
-  return pheromone::RunProgram("pheromone-tracker",
+  return pheromone::RunProgram(pheromone::tracker::kProgram,
                                [&] { return pheromone::tracker::Main(argc, argv); });
 }
