@@ -77,6 +77,12 @@ void Tracking::LookAtFloor(const std::map<int, Corners>& tags, View* view) {
         fmt::format("{} floor tags were seen, expected at least {}", floor_.size(), kMinFloorSeen);
     return;
   }
+  blind_ = view->floor_seen.empty() ? std::min(blind_ + 1, kMaxBlind + 1) : 0;
+  if (blind_ > kMaxBlind) {
+    view->why_no_camera = fmt::format(
+        "no floor tag was seen in the last {} pictures, expected at least one", kMaxBlind);
+    return;
+  }
   std::vector<Match> matches;
   for (const FloorTag& it : settings_.floor) {
     const auto mean = floor_.find(it.tag);

@@ -6,8 +6,8 @@
 //
 // The camera's place follows from the floor tags, anew in each picture: from the mean of where each
 // of them was seen so far, so one that a robot hides still counts. If one is seen elsewhere, the
-// camera was moved, and the means begin again. Sans I/O. One thread; the same tags give the same
-// poses.
+// camera was moved, and the means begin again; while none is seen, nobody knows, so after
+// kMaxBlind pictures there is no camera. Sans I/O. One thread; the same tags give the same poses.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +22,9 @@
 #include "client_fw/tracker/settings.h"
 
 namespace pheromone::tracker {
+
+/// So many pictures without any floor tag, one after the other, still have a camera.
+constexpr int kMaxBlind = 10;
 
 struct SeenRobot {
   RobotTag robot;
@@ -65,6 +68,7 @@ class Tracking {
 
   Settings settings_;
   std::map<int, Mean> floor_;
+  int blind_ = 0;  // pictures since a floor tag was seen
 };
 
 /// The messages to a [[tracker]] (server/robots/links/tracker_message.h), no datagram longer than

@@ -85,6 +85,25 @@ TEST(TrackingTest, RemembersFloorTagsThatAreHidden) {
   EXPECT_FALSE(view.moved);
 }
 
+// Who bumps into the camera may turn it to where robots are but no floor tags.
+TEST(TrackingTest, WithoutAnyFloorTagItForgetsTheCameraInAMoment) {
+  Tracking tracking(StraightDown());
+  const Detection robot = TagAt(1, 1, 1, kRobotHeightM, kRobotEdgeM);
+  tracking.Look(Floor());
+  for (int i = 0; i < kMaxBlind; ++i) {
+    EXPECT_EQ(tracking.Look(std::vector{robot}).seen.size(), 1u);
+  }
+  for (int i = 0; i < kMaxBlind; ++i) {
+    const View view = tracking.Look(std::vector{robot});
+    EXPECT_FALSE(view.camera);
+    EXPECT_TRUE(view.seen.empty());
+    EXPECT_EQ(view.why_no_camera,
+              "no floor tag was seen in the last 10 pictures, expected at least one");
+  }
+  // One floor tag where it was tells that all are where they were.
+  EXPECT_EQ(tracking.Look(std::vector{Floor().front(), robot}).seen.size(), 1u);
+}
+
 TEST(TrackingTest, BeginsAgainWhenTheCameraIsMoved) {
   Tracking tracking(StraightDown());
   tracking.Look(Floor());
