@@ -140,7 +140,7 @@ class CameraAbove {
       tags.push_back({static_cast<int>(i) + 1, pose.x_m, pose.y_m, pose.heading_rad, kRobotEdgeM,
                       kTagHeightM});
     }
-    const tracker::View view = tracking_.Look(detector_.Detect(renderer_.Render(tags)));
+    const tracker::View view = tracking_.Locate(detector_.Detect(renderer_.Render(tags)));
     seen_ += view.seen.size();
     possible_ += kRobots;
     for (std::string& datagram : tracker::Datagrams(view.seen)) {

@@ -58,9 +58,9 @@ class Bridge {
  private:
   void Turn() {
     now_ms_ = (MonotonicNs() - start_ns_) / kNsPerMs;
-    static_frames_.Take([&](const TFMessage& message) { OnTransforms(message); });
-    frames_.Take([&](const TFMessage& message) { OnTransforms(message); });
-    halt_.Take([&](const Empty&) {
+    static_frames_.Receive([&](const TFMessage& message) { OnTransforms(message); });
+    frames_.Receive([&](const TFMessage& message) { OnTransforms(message); });
+    halt_.Receive([&](const Empty&) {
       SayLine(now_ms_, "halt, by /pheromone/halt");
       for (BridgedRobot& robot : robots_) {
         robot.Halt();

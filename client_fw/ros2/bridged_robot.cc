@@ -76,8 +76,8 @@ void BridgedRobot::OnTransform(const std::string& parent, const std::string& chi
   }
 }
 
-void BridgedRobot::TakeMessages(int64_t now_ms) {
-  odometry_.Take([&](const Odometry& message) {
+void BridgedRobot::ReceiveMessages(int64_t now_ms) {
+  odometry_.Receive([&](const Odometry& message) {
     odometry_frame_ = FrameOf(message.header.frame_id);
     robot_.OnOdometry(ToPlane(message.pose.pose), now_ms);
     if (const auto early = early_.find(odometry_frame_); early != early_.end()) {
@@ -85,7 +85,7 @@ void BridgedRobot::TakeMessages(int64_t now_ms) {
     }
     early_.clear();
   });
-  amcl_pose_.Take([&](const PoseWithCovarianceStamped& message) {
+  amcl_pose_.Receive([&](const PoseWithCovarianceStamped& message) {
     if (FrameOf(message.header.frame_id) == options_.map_frame) {
       amcl_ = ToPlane(message.pose.pose);
     }
@@ -94,8 +94,8 @@ void BridgedRobot::TakeMessages(int64_t now_ms) {
     robot_.OnMapToOdometry(Compose(*amcl_, Inverse(robot_.odometry())));
     amcl_.reset();
   }
-  enable_.Take([&](const Bool& message) { robot_.Enable(message.data); });
-  goal_.Take([&](const PoseStamped& message) { OnGoal(message, now_ms); });
+  enable_.Receive([&](const Bool& message) { robot_.Enable(message.data); });
+  goal_.Receive([&](const PoseStamped& message) { OnGoal(message, now_ms); });
 }
 
 void BridgedRobot::OnGoal(const PoseStamped& goal, int64_t now_ms) {
@@ -132,16 +132,16 @@ void BridgedRobot::ExchangeFrames(int64_t now_ms) {
 }
 
 void BridgedRobot::Turn(int64_t now_ms) {
-  TakeMessages(now_ms);
+  ReceiveMessages(now_ms);
   ExchangeFrames(now_ms);
   robot_.Step(now_ms);
-  if (const auto speed = robot_.TakeSpeed()) {
+  if (const auto speed = robot_.ClaimSpeed()) {
     PublishSpeed(*speed);
   }
-  if (robot_.TakeSensed()) {
+  if (robot_.ClaimSensed()) {
     PublishSensed();
   }
-  if (const std::vector<uint8_t> frame = robot_.TakeFrame(); !frame.empty()) {
+  if (const std::vector<uint8_t> frame = robot_.ClaimFrame(); !frame.empty()) {
     servers_.Write(frame, now_ms);
     sending_ = true;
   }

@@ -49,7 +49,7 @@ class BridgedRobot {
  private:
   /// What it does, and why: "drives", "stands: halted, until it is told to resume".
   std::string StateText() const;
-  void TakeMessages(int64_t now_ms);
+  void ReceiveMessages(int64_t now_ms);
   void OnGoal(const PoseStamped& goal, int64_t now_ms);
   void ExchangeFrames(int64_t now_ms);
   void PublishSpeed(const Speed& speed);

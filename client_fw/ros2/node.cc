@@ -159,7 +159,7 @@ void Node::FindDistro() {
   Subscription<dds_builtintopic_endpoint_t> publications(publications_);
   dds_guid_t own{};
   dds_get_guid(participant_, &own);
-  publications.Take([&](const dds_builtintopic_endpoint_t& it) {
+  publications.Receive([&](const dds_builtintopic_endpoint_t& it) {
     if (distro_ != Distro::kAuto || it.topic_name == nullptr ||
         std::strcmp(it.topic_name, kGraphTopic) != 0 ||
         std::memcmp(it.participant_key.v, own.v, sizeof own.v) == 0) {

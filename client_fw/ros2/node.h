@@ -7,7 +7,7 @@
 //   if (!node.value()->status().ok()) ...                 // one of them could not be made
 //   for (;;) {
 //     node.value()->Step();                               // the graph
-//     odom.Take([](const Odometry& message) { ... });
+//     odom.Receive([](const Odometry& message) { ... });
 //     speed.Publish(message);
 //   }
 //
@@ -73,9 +73,9 @@ class Subscription {
  public:
   Subscription() = default;
   explicit Subscription(dds_entity_t reader) : reader_(reader) {}
-  /// Calls `receive` with each message that has come.
-  template <class Receive>
-  void Take(Receive receive) {
+  /// Calls `handle` with each message that has come.
+  template <class Handler>
+  void Receive(Handler handle) {
     constexpr size_t kMax = 16;
     std::array<void*, kMax> samples{};
     std::array<dds_sample_info_t, kMax> infos{};
@@ -83,7 +83,7 @@ class Subscription {
         reader_ > 0 ? dds_take(reader_, samples.data(), infos.data(), kMax, kMax) : 0;
     for (int32_t i = 0; i < count; ++i) {
       if (infos[static_cast<size_t>(i)].valid_data) {
-        receive(*static_cast<const Message*>(samples[static_cast<size_t>(i)]));
+        handle(*static_cast<const Message*>(samples[static_cast<size_t>(i)]));
       }
     }
     if (count > 0) {

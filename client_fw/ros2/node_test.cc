@@ -61,7 +61,7 @@ TEST(Node, LateSubscriptionGetsTheLastMessageOfALatchedTopic) {
   int count = 0;
   bool last = false;
   while (count == 0) {
-    in.Take([&](const Bool& message) {
+    in.Receive([&](const Bool& message) {
       ++count;
       last = message.data;
     });

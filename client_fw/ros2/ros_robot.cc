@@ -119,7 +119,7 @@ void RosRobot::Step(int64_t now_ms) {
   }
 }
 
-std::optional<Speed> RosRobot::TakeSpeed() {
+std::optional<Speed> RosRobot::ClaimSpeed() {
   const bool told = drive_.told && now_ms_ < silent_ms_;
   drive_.told = false;
   if (!told) {
@@ -133,13 +133,13 @@ std::optional<Speed> RosRobot::TakeSpeed() {
   return Speed{(left + right) / 2, (right - left) / track_m_};
 }
 
-bool RosRobot::TakeSensed() {
+bool RosRobot::ClaimSensed() {
   const unsigned before = answers_;
   answers_ = conversation().counters().answers;
   return answers_ != before;
 }
 
-std::vector<uint8_t> RosRobot::TakeFrame() {
+std::vector<uint8_t> RosRobot::ClaimFrame() {
   std::array<uint8_t, client::kMaxClientFrame> frame{};
   const size_t size = board_.TakeTransmission(frame.data(), frame.size());
   return {frame.begin(), frame.begin() + static_cast<ptrdiff_t>(size)};

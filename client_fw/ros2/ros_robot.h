@@ -6,8 +6,8 @@
 //   robot.OnOdometry({x_m, y_m, heading_rad}, now_ms);
 //   robot.OnServerBytes(bytes);
 //   robot.Step(now_ms);                                   // every millisecond
-//   if (const auto speed = robot.TakeSpeed()) ...         // to cmd_vel
-//   Write(robot.TakeFrame());                             // to the server, then OnFrameSent()
+//   if (const auto speed = robot.ClaimSpeed()) ...         // to cmd_vel
+//   Write(robot.ClaimFrame());                             // to the server, then OnFrameSent()
 //
 // Speeds: v = (l + r) / 2, omega = (r - l) / track. There are none before a resume, since another
 // node may be driving; after a halt there is zero for a second, then nothing. Odometry that is
@@ -73,11 +73,11 @@ class RosRobot {
   void Step(int64_t now_ms);
 
   /// What is to be published, if anything.
-  std::optional<Speed> TakeSpeed();
+  std::optional<Speed> ClaimSpeed();
   /// True, once for each answer: new intensities.
-  bool TakeSensed();
+  bool ClaimSensed();
   /// A whole frame to the server, to be written at once; empty: none.
-  std::vector<uint8_t> TakeFrame();
+  std::vector<uint8_t> ClaimFrame();
   void OnFrameSent() { board_.OnTransmitted(); }
 
   const client::Conversation& conversation() const { return robot_.conversation(); }

@@ -33,10 +33,10 @@ struct World {
         robot.OnOdometry(*odometry, now_ms);
       }
       robot.Step(now_ms);
-      if (const auto speed = robot.TakeSpeed()) {
+      if (const auto speed = robot.ClaimSpeed()) {
         speeds.push_back(*speed);
       }
-      if (!robot.TakeFrame().empty()) {
+      if (!robot.ClaimFrame().empty()) {
         robot.OnFrameSent();
       }
     }

@@ -6,7 +6,7 @@
 
 #include <boost/json/array.hpp>
 
-#include "client_fw/ros2/state_look.h"
+#include "client_fw/ros2/state_style.h"
 #include "server/operators/ctl/json_read.h"
 
 namespace pheromone::ros2 {
@@ -81,7 +81,7 @@ void Scene::AddRobot(const json::value& client) {
   const Point at{ctl::NumberAt(pose, "x_m"), ctl::NumberAt(pose, "y_m"), 0};
   const double yaw = ctl::NumberAt(pose, "heading_deg") * kRadPerDegree;
 
-  Marker* arrow = Add("robots", id, kArrow, LookOf(state).color);
+  Marker* arrow = Add("robots", id, kArrow, StyleOf(state).color);
   arrow->pose = {at, ToQuaternion(yaw)};
   arrow->scale = {0.3, 0.08, 0.08};
 
@@ -103,7 +103,7 @@ void Scene::AddRobot(const json::value& client) {
     trail.erase(trail.begin());
   }
   if (trail.size() > 1) {
-    Marker* line = Add("trails", id, kLineStrip, LookOf(state).color);
+    Marker* line = Add("trails", id, kLineStrip, StyleOf(state).color);
     line->scale.x = 0.02;
     PointAt(&line->points, &trail);
   }

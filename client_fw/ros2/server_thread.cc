@@ -15,7 +15,7 @@
 
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/ros2/diagnostics.h"
-#include "client_fw/ros2/state_look.h"
+#include "client_fw/ros2/state_style.h"
 #include "client_fw/ros2/text.h"
 #include "server/base/percent.h"
 #include "server/base/say_line.h"
@@ -241,8 +241,8 @@ bool ServerThread::IsOnMap(const Header& header, const std::string& what) {
   return false;
 }
 
-void ServerThread::TakeOrders(const std::string& pheromone, Layer* layer) {
-  layer->deposit.Take([&](const PointStamped& message) {
+void ServerThread::ReceiveOrders(const std::string& pheromone, Layer* layer) {
+  layer->deposit.Receive([&](const PointStamped& message) {
     if (!std::isfinite(message.point.x) || !std::isfinite(message.point.y)) {
       SayLine(NowMs(), fmt::format("deposit: x {}, y {}, expected finite ones", message.point.x,
                                    message.point.y));
@@ -252,7 +252,7 @@ void ServerThread::TakeOrders(const std::string& pheromone, Layer* layer) {
                {"pheromone", pheromone}, {"x_m", message.point.x}, {"y_m", message.point.y}}));
     }
   });
-  layer->paint.Take([&](const Path& message) {
+  layer->paint.Receive([&](const Path& message) {
     json::array points;
     bool good = message.poses._length > 0 && message.poses._length <= kMaxPathPoints;
     for (uint32_t i = 0; good && i < message.poses._length; ++i) {
@@ -332,7 +332,7 @@ void ServerThread::PublishDiagnostics(const json::value& clients) {
     const json::value& state = ctl::At(client, "state");
     const std::string is = ctl::TextAt(state, "is");
     const std::string reason = ctl::TextAt(state, "reason");
-    diagnostics.Add(LookOf(is).health, "pheromone: robot " + NameOf(client),
+    diagnostics.Add(StyleOf(is).health, "pheromone: robot " + NameOf(client),
                     is + (reason.empty() ? "" : ": " + reason),
                     {{"follows", ctl::TextAt(client, "follows")}});
   }
@@ -350,7 +350,7 @@ void ServerThread::Turn(int64_t turn) {
     }
     for (auto& [pheromone, layer] : layers_) {
       PublishLayer(pheromone, &layer);
-      TakeOrders(pheromone, &layer);
+      ReceiveOrders(pheromone, &layer);
     }
     if (std::optional<json::value> answer = Ask("/api/v1/clients")) {
       clients = std::move(*answer);

@@ -74,7 +74,7 @@ class ServerThread {
   /// Ends those of pheromones that the server does not have any more.
   void DropLayers(const std::set<std::string>& pheromones);
   void PublishLayer(const std::string& pheromone, Layer* layer);
-  void TakeOrders(const std::string& pheromone, Layer* layer);
+  void ReceiveOrders(const std::string& pheromone, Layer* layer);
   bool IsOnMap(const Header& header, const std::string& what);
   void PublishFrames(const boost::json::value& clients);
   void PublishDiagnostics(const boost::json::value& clients);

@@ -151,7 +151,7 @@ Status Follow(const Options& options, Input* input) {
       break;
     }
     const double begin = ProcessorSeconds();
-    const View view = tracking.Look(detector.Detect(*picture));
+    const View view = tracking.Locate(detector.Detect(*picture));
     figures.Add(view, ProcessorSeconds() - begin);
     for (const SeenRobot& it : view.seen) {
       for (size_t i = 0; input->swarm && i < input->settings.robots.size(); ++i) {
@@ -185,8 +185,8 @@ int Run(const Options& options) {
 }
 
 // How far each is from where it should be: one that was measured wrong stands out.
-void TellFloorTags(const Settings& settings, const Camera& camera,
-                   const std::vector<Detection>& found) {
+void PrintFloorTags(const Settings& settings, const Camera& camera,
+                    const std::vector<Detection>& found) {
   for (const FloorTag& it : settings.floor) {
     for (const Detection& tag : found) {
       const auto pose =
@@ -213,7 +213,7 @@ int Check(const Options& options) {
     return Fail(kProgram, picture.error(), kFailed);
   }
   const std::vector<Detection> found = Detector().Detect(*picture.value());
-  const View view = Tracking(input.settings).Look(found);
+  const View view = Tracking(input.settings).Locate(found);
   if (!options.out.empty()) {
     const auto svg = AnnotatedSvg(*picture.value(), input.settings, view);
     const Status written = svg.ok() ? WriteFile(options.out, svg.value()) : svg.error();
@@ -228,7 +228,7 @@ int Check(const Options& options) {
   fmt::print("camera  at x {:.3f}, y {:.3f}, {:.3f} m high; floor tags {} of {}, {:.2f} px\n",
              place.x(), place.y(), place.z(), view.floor_seen.size(), input.settings.floor.size(),
              view.camera->rms_px);
-  TellFloorTags(input.settings, view.camera->camera, found);
+  PrintFloorTags(input.settings, view.camera->camera, found);
   for (const SeenRobot& it : view.seen) {
     fmt::print("{} {}  x {:.3f}, y {:.3f}, {:.1f} degrees; edge {:.4f} m, {:.2f} px\n",
                it.robot.link, it.robot.id, it.place.x(), it.place.y(),

@@ -43,15 +43,15 @@ double FarthestOf(const Corners& a, const Corners& b) {
 
 }  // namespace
 
-View Tracking::Look(std::span<const Detection> found) {
+View Tracking::Locate(std::span<const Detection> found) {
   View view;
   const std::map<int, Corners> tags = ByNumber(found);
-  LookAtFloor(tags, &view);
-  LookAtRobots(tags, &view);
+  LocateCamera(tags, &view);
+  LocateRobots(tags, &view);
   return view;
 }
 
-void Tracking::LookAtFloor(const std::map<int, Corners>& tags, View* view) {
+void Tracking::LocateCamera(const std::map<int, Corners>& tags, View* view) {
   for (const FloorTag& it : settings_.floor) {
     const auto tag = tags.find(it.tag);
     if (tag != tags.end()) {
@@ -101,7 +101,7 @@ void Tracking::LookAtFloor(const std::map<int, Corners>& tags, View* view) {
   }
 }
 
-void Tracking::LookAtRobots(const std::map<int, Corners>& tags, View* view) const {
+void Tracking::LocateRobots(const std::map<int, Corners>& tags, View* view) const {
   for (const RobotTag& robot : settings_.robots) {
     const auto found = tags.find(robot.tag);
     if (found == tags.end() || !view->camera) {

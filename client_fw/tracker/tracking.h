@@ -1,7 +1,7 @@
 // From the tags in a picture to the poses of robots.
 //
 //   Tracking tracking(settings);
-//   const View view = tracking.Look(detector.Detect(picture));
+//   const View view = tracking.Locate(detector.Detect(picture));
 //   for (const std::string& datagram : Datagrams(view.seen)) { Send(datagram); }
 //
 // The camera's place follows from the floor tags, anew in each picture: from the mean of where each
@@ -55,7 +55,7 @@ class Tracking {
  public:
   explicit Tracking(Settings settings) : settings_(std::move(settings)) {}
 
-  View Look(std::span<const Detection> found);
+  View Locate(std::span<const Detection> found);
 
  private:
   struct Mean {
@@ -63,8 +63,8 @@ class Tracking {
     int count = 0;
   };
 
-  void LookAtFloor(const std::map<int, Corners>& tags, View* view);
-  void LookAtRobots(const std::map<int, Corners>& tags, View* view) const;
+  void LocateCamera(const std::map<int, Corners>& tags, View* view);
+  void LocateRobots(const std::map<int, Corners>& tags, View* view) const;
 
   Settings settings_;
   std::map<int, Mean> floor_;

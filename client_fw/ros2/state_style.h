@@ -19,23 +19,23 @@ constexpr Color kOrange = {0.9f, 0.62f, 0.0f, 1};
 constexpr Color kVermilion = {0.84f, 0.37f, 0.0f, 1};
 constexpr Color kGrey = {0.5f, 0.5f, 0.5f, 1};
 
-struct StateLook {
+struct StateStyle {
   std::string_view state;
   Health health;
   Color color;
 };
 
 /// States that are not in the table, of a newer server too, are grey warnings.
-inline StateLook LookOf(std::string_view state) {
-  static constexpr std::array<StateLook, 8> kLooks = {{{"driving", Health::kOk, kGreen},
-                                                       {"going to its goal", Health::kOk, kGreen},
-                                                       {"at its goal", Health::kOk, kGrey},
-                                                       {"trail lost", Health::kWarning, kOrange},
-                                                       {"off the map", Health::kWarning, kOrange},
-                                                       {"refused", Health::kError, kVermilion},
-                                                       {"alarm", Health::kError, kVermilion},
-                                                       {"silent", Health::kError, kVermilion}}};
-  for (const StateLook& it : kLooks) {
+inline StateStyle StyleOf(std::string_view state) {
+  static constexpr std::array<StateStyle, 8> kStyles = {{{"driving", Health::kOk, kGreen},
+                                                         {"going to its goal", Health::kOk, kGreen},
+                                                         {"at its goal", Health::kOk, kGrey},
+                                                         {"trail lost", Health::kWarning, kOrange},
+                                                         {"off the map", Health::kWarning, kOrange},
+                                                         {"refused", Health::kError, kVermilion},
+                                                         {"alarm", Health::kError, kVermilion},
+                                                         {"silent", Health::kError, kVermilion}}};
+  for (const StateStyle& it : kStyles) {
     if (it.state == state) {
       return it;
     }
