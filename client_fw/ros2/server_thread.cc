@@ -345,11 +345,14 @@ void ServerThread::Turn(int64_t turn) {
   is_unreachable_ = false;
   json::value clients;
   if (!options_.socket.empty()) {
-    if (turn % kLawTurns == 0 || layers_.size() == 1 || had_trouble) {
+    const bool asks_for_laws = turn % kLawTurns == 0 || layers_.size() == 1 || had_trouble;
+    if (asks_for_laws) {
       FindLayers();
     }
     for (auto& [pheromone, layer] : layers_) {
-      PublishLayer(pheromone, &layer);
+      if (asks_for_laws || !pheromone.empty()) {  // obstacles change with a new configuration only
+        PublishLayer(pheromone, &layer);
+      }
       ReceiveOrders(pheromone, &layer);
     }
     if (std::optional<json::value> answer = Ask("/api/v1/clients")) {
