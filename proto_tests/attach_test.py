@@ -430,8 +430,8 @@ def says_what_is_wrong_with_the_command_line(bin_dir, folder):
             ("--speed", "-5", "20 to 1000"), ("--speed", "fast", "fast"),
             ("--fail-safe", "99", "100 to 2000"), ("--fail-safe", "200", "more than the period"),
             ("--speed", "900 --fail-safe 2000", "drives 1800 mm in 2000 ms"),
-            ("--robot-baud", "1234", "9600"), ("--seconds", "nan", "nan is not a number"),
-            ("--status", "0", "0 is not a number")):
+            ("--robot-baud", "1234", "9600"), ("--seconds", "nan", 'found "nan", expected a number from 0.1'),
+            ("--status", "0", 'found "0", expected a number from 0.1')):
         words = []
         for name, text in {**good, option: value}.items():
             words += [name, *(text.split() if name != "--robot" else [text])]

@@ -4,9 +4,10 @@
  *
  * /dev/video0 is then a camera of 1280 x 960. In FOLDER are the frames as they lie in memory:
  * old, of which two wait already, and new, which comes after them and then again and again. The
- * file FOLDER/kind says what these are, YUYV (rows of 2 * 1280 + 64 bytes) or MJPG; another format
- * that is asked for is answered with that one, as drivers do. While there is FOLDER/gone, the
- * camera is unplugged.
+ * first of these is FOLDER/bad instead, if it is there; if FOLDER/flagged is, too, the driver marks
+ * it as damaged. The file FOLDER/kind says what these are, YUYV (rows of 2 * 1280 + 64 bytes) or
+ * MJPG; another format that is asked for is answered with that one, as drivers do. While there is
+ * FOLDER/gone, the camera is unplugged.
  *
  * Written from the kernel's documentation of the interface ("Video for Linux API"), not from the
  * program. It stands for a well-behaved driver, not for all of them. */
@@ -41,6 +42,11 @@ static size_t Read(const char* name, void* to, size_t size) {
     fclose(file);
   }
   return count;
+}
+
+static int Exists(const char* name) {
+  char byte;
+  return Read(name, &byte, 1) == 1;
 }
 
 static int Fail(int error) {
@@ -92,10 +98,15 @@ static int Dequeue(struct v4l2_buffer* buffer) {
   }
   void* at =
       mmap(NULL, kLength, PROT_READ | PROT_WRITE, MAP_SHARED, camera, (off_t)index * kLength);
-  buffer->bytesused = (unsigned)Read(delivered < 2 ? "old" : "new", at, kLength);
+  const int bad = delivered == 2 && Exists("bad");
+  const char* const frame = delivered < 2 ? "old" : bad ? "bad" : "new";
+  buffer->bytesused = (unsigned)Read(frame, at, kLength);
   munmap(at, kLength);
   buffer->index = (unsigned)index;
   buffer->flags = V4L2_BUF_FLAG_MAPPED | V4L2_BUF_FLAG_DONE;
+  if (bad && Exists("flagged")) {
+    buffer->flags |= V4L2_BUF_FLAG_ERROR;
+  }
   queued[index] = 0;
   ++delivered;
   --waiting;
@@ -104,8 +115,7 @@ static int Dequeue(struct v4l2_buffer* buffer) {
 
 static int Answer(unsigned long request, void* argument) {
   struct v4l2_buffer* const buffer = argument;
-  char byte;
-  if (Read("gone", &byte, 1) == 1) {
+  if (Exists("gone")) {
     return Fail(ENODEV);
   }
   switch (request) {

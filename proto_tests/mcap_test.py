@@ -36,7 +36,7 @@ SCHEMAS = {"/robots": "foxglove.SceneUpdate", "/trails": "foxglove.SceneUpdate",
            "/tf": "foxglove.FrameTransforms", "/obstacles": "foxglove.Grid",
            "/pheromone/path": "foxglove.Grid", "/clients": ""}
 BAG = {"/pheromone/path": ("nav_msgs/msg/OccupancyGrid", "ros2msg"),
-       "/obstacles": ("nav_msgs/msg/OccupancyGrid", "ros2msg"),
+       "/pheromone/obstacles": ("nav_msgs/msg/OccupancyGrid", "ros2msg"),
        "/robots/radio_a/robot_7/pose": ("geometry_msgs/msg/PoseStamped", "ros2msg"),
        "/tf": ("tf2_msgs/msg/TFMessage", "ros2msg")}
 
@@ -132,7 +132,7 @@ def check_bag(bin_dir, folder, capture, field, clients):
     check(robot["child_frame_id"] == "robot/radio-a/7", robot)
     check(robot["transform"] == {"translation": found["position"], "rotation": found["orientation"]}, robot)
     # 98 is the maximum, and a cell shows what is within half a step of Foxglove's 254 as well.
-    grid, walls = last["/pheromone/path"], last["/obstacles"]
+    grid, walls = last["/pheromone/path"], last["/pheromone/obstacles"]
     rows = [level for row in reversed(field["values"]) for level in row]
     for of in (grid, walls):
         check((of["info"]["width"], of["info"]["height"]) == (field["columns"], field["rows"]), of["info"])

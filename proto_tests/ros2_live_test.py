@@ -30,6 +30,9 @@ from peer import Base, Bases, Peer, free_domain  # noqa: E402
 from test_config import link  # noqa: E402
 
 
+SETTLED_S = 5  # as pheromone-swarm counts
+
+
 def distance_m(point, polyline):
     """From a point to a closed polyline, by each of its parts."""
     nearest = math.inf
@@ -94,7 +97,7 @@ def run(bin_dir, tests_dir, folder, count, seconds):
                                       + link("udp", "udp", listen=f"127.0.0.1:{port}"))
     daemon = OperatedDaemon(bin_dir, folder)
     peer = Peer(tests_dir, domain)
-    bases = bridge = None
+    bases = bridge = own = None
     try:
         paths = json.loads(daemon.call("GET", "/api/v1/paths")[1])["paths"]
         path = [tuple(point) for point in paths[0]["points_m"]]
@@ -126,6 +129,11 @@ def run(bin_dir, tests_dir, folder, count, seconds):
                                        {"link": "udp", "id": i + 1, "command": "resume"})
             check(status == 200, text)
         wait_until(lambda: all(robot.way_m > 0.1 for robot in robots), "all robots drive")
+        own = subprocess.Popen(
+            [bin_dir / "pheromone-swarm", "live", "--modem", "radio-a.pty", "--config",
+             "test.toml", "--id", "200", "--speed", "150", "--seconds", str(seconds), "--out", "own"],
+            cwd=folder, stdout=subprocess.PIPE, text=True)
+        settled = [len(robot.track) + SETTLED_S * 30 for robot in robots]
         begin_s = bridge.cpu_s()
         time.sleep(seconds)
         print(f"pheromone-ros2 took {100 * (bridge.cpu_s() - begin_s) / seconds:.1f} % of a processor")
@@ -135,6 +143,14 @@ def run(bin_dir, tests_dir, folder, count, seconds):
                   f"most {max(off):.3f} m from the path")
             check(robot.way_m > 0.05 * seconds, f"{robot.name} drove {robot.way_m} m only")
             check(max(off) < 0.35, f"{robot.name} was {max(off)} m from the path")
+        # The same firmware without ROS, in a simulated Pioneer on the same circuit at the same time. It
+        # starts 0.2 m beside it: the ratio is for runs of minutes.
+        said = own.communicate(timeout=DEADLINE_S)[0]
+        own_m = float(re.search(r"([\d.]+) mm after the first 5 s", said)[1]) / 1000
+        off = [distance_m(place, path) for robot, begin in zip(robots, settled)
+               for place in robot.track[begin::30]]
+        print(f"mean distance after {SETTLED_S} s: {sum(off) / len(off):.4f} m, of the core alone "
+              f"{own_m:.4f} m, ratio {sum(off) / len(off) / own_m:.2f}")
 
         # Odometry that is cut.
         robots[0].odometry_on = False
@@ -182,9 +198,10 @@ def run(bin_dir, tests_dir, folder, count, seconds):
     finally:
         if bases is not None:
             bases.stop()
-        if bridge is not None and bridge.process.poll() is None:
-            bridge.process.kill()
-            bridge.process.wait()
+        for process in (own, bridge and bridge.process):
+            if process is not None and process.poll() is None:
+                process.kill()
+                process.wait()
         peer.close()
         daemon.kill()
 

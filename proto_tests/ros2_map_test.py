@@ -5,6 +5,7 @@ the graph, type hashes; and what it takes: deposits, paths, goals, poses.
 Usage: ros2_map_test.py BIN_DIR TESTS_DIR
 """
 
+import contextlib
 import json
 import math
 import pathlib
@@ -14,6 +15,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -47,6 +49,7 @@ def level(grid, x_m, y_m):
 
 MAP, NO_GO, WALLS = "rt/pheromone/path", "rt/pheromone/no_go_area", "rt/pheromone/obstacles"
 GRID = "nav_msgs/msg/OccupancyGrid"
+HALT = "rt/pheromone/halt"
 
 
 class MapTest(unittest.TestCase):
@@ -71,7 +74,7 @@ class MapTest(unittest.TestCase):
         cls.peer.read("ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo", latched=True)
         cls.peer.make("rt/pheromone/path/deposit", "geometry_msgs/msg/PointStamped")
         cls.peer.make("rt/pheromone/path/paint", "nav_msgs/msg/Path")
-        cls.peer.make("rt/pheromone/halt", "std_msgs/msg/Empty")
+        cls.peer.make(HALT, "std_msgs/msg/Empty")
         cls.peer.make("rt/tb1/goal_pose", "geometry_msgs/msg/PoseStamped")
         cls.base = Base(cls.peer, "tb1", (1.0, 2.0, 90.0), stamped=True)
         cls.bases = Bases([cls.base])
@@ -138,7 +141,7 @@ class MapTest(unittest.TestCase):
         self.assertIn('deposit: frame "elsewhere", expected "map"', self.bridge.log())
         # Each cell is what the server has, rows upside down; unknown where the wall is.
         raster = json.loads(self.daemon.call("GET", "/api/v1/field?pheromone=path")[1])
-        self.assertEqual(grid["data"], [-1 if value is None else round(value * 98)
+        self.assertEqual(grid["data"], [-1 if value is None else value and max(1, round(value * 98))
                                         for row in reversed(raster["values"]) for value in row])
         self.assertEqual(level(grid, 3.5, 2.7), -1)
         self.assertEqual([grid["info"]["origin"]["position"][it] for it in "xy"], raster["origin_m"])
@@ -225,7 +228,7 @@ class MapTest(unittest.TestCase):
         x, y = self.base.track[-1]
         self.assertLess(math.hypot(x - 1.0, y - 2.6), 0.25)
         self.assertIn("tb1: goal: done", self.bridge.log())
-        self.peer.write("rt/pheromone/halt", {})
+        self.peer.write(HALT, {})
         wait_until(lambda: "halted" in self.bridge.state("tb1"), "it is halted")
         wait_until(lambda: "halt: done" in self.bridge.log(), "the server was told to halt all")
 
@@ -244,7 +247,7 @@ class MapTest(unittest.TestCase):
                 ("std_msgs/msg/Float32MultiArray", "reliable", "volatile"),
             ("reader", "rt/tb1/odom"): ("nav_msgs/msg/Odometry", "best", "volatile"),
             ("reader", "rt/tb1/goal_pose"): ("geometry_msgs/msg/PoseStamped", "reliable", "volatile"),
-            ("reader", "rt/pheromone/halt"): ("std_msgs/msg/Empty", "reliable", "volatile"),
+            ("reader", HALT): ("std_msgs/msg/Empty", "reliable", "volatile"),
             ("reader", "rt/pheromone/path/deposit"):
                 ("geometry_msgs/msg/PointStamped", "reliable", "volatile"),
             ("reader", "rt/pheromone/path/paint"): ("nav_msgs/msg/Path", "reliable", "volatile"),
@@ -298,8 +301,9 @@ class MapTest(unittest.TestCase):
             states = self.peer.last("rt/diagnostics")["status"]
             return next(it for it in states if it["name"] == "pheromone: server")
 
-        wait_until(lambda: server()["level"] == 2, "an error is told")
-        self.assertIn("no server at", server()["message"])
+        # What it was asked when it was killed had no answer; the next question meets nobody.
+        wait_until(lambda: server()["level"] == 2 and "no server at" in server()["message"],
+                   "an error is told")
         self.assertIn("server: no server at", self.bridge.log())
 
 
@@ -356,9 +360,10 @@ class DistroTest(unittest.TestCase):
 class PoseTest(unittest.TestCase):
     """A robot whose pose on the map somebody else finds."""
 
-    def placed(self, source, topic, kind, message):
-        """Where the server has it, while this message is published. Its odometry is (10, -20), turned
-        by 1 rad."""
+    def placed(self, source, topic, kind, message, early=False):
+        """Where the server has it, while this message is published, or after it was published before
+        there was odometry. Its odometry is (10, -20), turned by 1 rad."""
+        self.doCleanups()  # of the last one
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         folder = pathlib.Path(folder.name)
@@ -369,16 +374,26 @@ class PoseTest(unittest.TestCase):
         domain = free_domain() % 100 + 1
         peer = Peer(self.tests_dir, domain)
         self.addCleanup(peer.close)
-        bases = Bases([Base(peer, "tb1", (0, 0, 0))])
+        base = Base(peer, "tb1", (0, 0, 0))
+        base.odometry_on = not early
+        bases = Bases([base])
         self.addCleanup(bases.stop)
         bridge = Bridge(self.bin_dir, folder, domain, "--server", f"udp:127.0.0.1:{udp}", "--robot",
-                        "tb1:7", "--pose", source)
+                        "tb1:7", "--pose", source, "--allow", "halt")
         self.addCleanup(bridge.stop)
-        wait_until(lambda: "no pose on the map" in bridge.state("tb1"), "odometry is there")
+        if not early:
+            wait_until(lambda: "no pose on the map" in bridge.state("tb1"), "odometry is there")
         peer.make(topic, kind, latched=True)
+        if early:
+            peer.make(HALT, "std_msgs/msg/Empty")
+            wait_until(lambda: peer.write(topic, message) or peer.write(HALT, {})
+                       or bridge.log().count("halt, by") > 5, "it hears others")
+            self.assertIn("no odometry yet", bridge.state("tb1"))
+            base.odometry_on = True
 
         def pose():
-            peer.write(topic, message)
+            if not early:
+                peer.write(topic, message)
             clients = json.loads(daemon.call("GET", "/api/v1/clients")[1])["clients"]
             return clients[0]["pose"] if clients else None
 
@@ -389,28 +404,110 @@ class PoseTest(unittest.TestCase):
         rotation = {"z": math.sin(-0.5), "w": math.cos(-0.5)}  # -1 rad
         at = {"x": 1 - (10 * math.cos(1) - 20 * math.sin(1)),
               "y": 2 - (-10 * math.sin(1) - 20 * math.cos(1))}
-        for topic in ("rt/tf", "rt/tf_static"):
+        for topic, early in (("rt/tf", False), ("rt/tf_static", False), ("rt/tf_static", True)):
             pose = self.placed("tf", topic, "tf2_msgs/msg/TFMessage", {"transforms": [
-                {"header": {"frame_id": "map"}, "child_frame_id": "tb2/odom",
-                 "transform": {"rotation": {"w": 1}}},
                 {"header": {"frame_id": "map"}, "child_frame_id": "tb1/odom",
-                 "transform": {"translation": at, "rotation": rotation}}]})
+                 "transform": {"translation": at, "rotation": rotation}},
+                {"header": {"frame_id": "map"}, "child_frame_id": "tb2/odom",
+                 "transform": {"rotation": {"w": 1}}}]}, early)
             self.assertAlmostEqual(pose["x_m"], 1, delta=0.002)
             self.assertAlmostEqual(pose["y_m"], 2, delta=0.002)
             self.assertAlmostEqual(pose["heading_deg"] % 360 % 359.9, 0, delta=0.1)
 
     def test_by_amcl(self):
-        pose = self.placed("amcl", "rt/tb1/amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", {
-            "header": {"frame_id": "map"}, "pose": {"pose": {
-                "position": {"x": 1.25, "y": 0.5},
-                "orientation": {"z": math.sin(0.25), "w": math.cos(0.25)}}}})
-        self.assertAlmostEqual(pose["x_m"], 1.25, delta=0.002)
-        self.assertAlmostEqual(pose["y_m"], 0.5, delta=0.002)
-        self.assertAlmostEqual(pose["heading_deg"], math.degrees(0.5), delta=0.1)
+        for early in (False, True):
+            pose = self.placed("amcl", "rt/tb1/amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", {
+                "header": {"frame_id": "map"}, "pose": {"pose": {
+                    "position": {"x": 1.25, "y": 0.5},
+                    "orientation": {"z": math.sin(0.25), "w": math.cos(0.25)}}}}, early)
+            self.assertAlmostEqual(pose["x_m"], 1.25, delta=0.002)
+            self.assertAlmostEqual(pose["y_m"], 0.5, delta=0.002)
+            self.assertAlmostEqual(pose["heading_deg"], math.degrees(0.5), delta=0.1)
+
+
+class HeldServer(threading.Thread):
+    """Answers no question before it is released, but every order."""
+
+    def __init__(self, path):
+        super().__init__(daemon=True)
+        self.listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self.listener.bind(str(path))
+        self.listener.listen()
+        self.requests = []
+        self.release = threading.Event()
+        self.start()
+
+    def run(self):
+        while True:
+            connection, _ = self.listener.accept()
+            with connection, connection.makefile("rb") as stream:
+                request = stream.readline().decode().split()[:2]
+                self.requests.append(request)
+                if request[0] == "GET":
+                    self.release.wait()
+                with contextlib.suppress(OSError):  # it waited long enough
+                    connection.sendall(b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 2\r\n"
+                                       b"Connection: close\r\n\r\n{}")
+
+
+class ServerTest(unittest.TestCase):
+    """What a bridge without robots does when its server changes."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.domain = free_domain() % 100 + 1
+        self.peer = Peer(self.tests_dir, self.domain)
+        self.addCleanup(self.peer.close)
+
+    def begin_bridge(self, *options):
+        bridge = Bridge(self.bin_dir, self.folder, self.domain, "--socket",
+                        self.folder / "pheromoned.sock", *options)
+        self.addCleanup(lambda: (bridge.process.kill(), bridge.process.wait()))
+        return bridge
+
+    def test_maps_are_those_of_the_servers_pheromones(self):
+        def begin_server(replaced):
+            write_config(self.folder, config(free_port(), free_port()).replace("no-go area", replaced))
+            daemon = OperatedDaemon(self.bin_dir, self.folder)
+            self.addCleanup(daemon.kill)
+            return daemon
+
+        def has(topic):
+            """By the node's graph: this Fast DDS does not notice that a writer of Cyclone DDS ended."""
+            found = self.peer.endpoints.get(("writer", topic))
+            graph = self.peer.last("ros_discovery_info")
+            return found and graph and found[1] in (
+                bytes(gid["data"]).hex() for gid in graph["node_entities_info_seq"][0]["writer_gid_seq"])
+
+        daemon = begin_server("no-go area")
+        self.peer.read(MAP, GRID, latched=True)
+        self.peer.read("ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo", latched=True)
+        bridge = self.begin_bridge("--distro", "iron")
+        wait_until(lambda: bridge.log() and self.peer.last(MAP) and has(NO_GO), "maps come")
+        daemon.kill()
+        daemon = begin_server("way home")
+        wait_until(lambda: bridge.log() and has("rt/pheromone/way_home") and not has(NO_GO),
+                   "maps are those of the new server")
+        daemon.call("POST", "/api/v1/deposit", {"pheromone": "path", "x_m": 2.0, "y_m": 0.5})
+        wait_until(lambda: level(self.peer.last(MAP), 2.0, 0.5) > 0, "the others go on")
+
+    def test_a_halt_that_waits_at_the_end_reaches_the_server(self):
+        server = HeldServer(self.folder / "pheromoned.sock")
+        self.peer.make(HALT, "std_msgs/msg/Empty")
+        bridge = self.begin_bridge("--allow", "halt")
+        wait_until(lambda: server.requests, "the server is asked")
+        wait_until(lambda: self.peer.write(HALT, {}) or "halt, by" in bridge.log(), "it hears the halt")
+        bridge.process.send_signal(signal.SIGTERM)
+        wait_until(lambda: "ended;" in bridge.file.read_text(), "it ends")
+        server.release.set()
+        self.assertEqual(bridge.process.wait(60), 0)
+        self.assertEqual([it for it in server.requests if it[0] == "POST"], [["POST", "/api/v1/halt"]])
 
 
 def main():
-    for case in (MapTest, DistroTest, PoseTest):
+    for case in (MapTest, DistroTest, PoseTest, ServerTest):
         case.bin_dir, case.tests_dir = (pathlib.Path(it).resolve() for it in sys.argv[1:3])
     unittest.main(argv=sys.argv[:1] + sys.argv[3:])
 

@@ -90,18 +90,14 @@ std::string ScenarioText() {
   return fmt::format("{}[{}]\n", kScenario, points);
 }
 
-constexpr tracker::RenderedCamera kCamera{.width = 640,
-                                          .height = 480,
-                                          .focal_px = 450,
-                                          .centre_x_px = 320,
-                                          .centre_y_px = 240,
-                                          .k1 = -0.1,
-                                          .k2 = 0,
-                                          .x_m = 2,
-                                          .y_m = 1.4,
-                                          .z_m = 3.3,
-                                          .turn_rad = 0.1,
-                                          .tilt_rad = 0.03};
+const tracker::RenderedCamera kCamera{.width = 640,
+                                      .height = 480,
+                                      .lens = {450, {320, 240}, -0.1, 0},
+                                      .x_m = 2,
+                                      .y_m = 1.4,
+                                      .z_m = 3.3,
+                                      .turn_rad = 0.1,
+                                      .tilt_rad = 0.03};
 constexpr double kTagHeightM = 0.25;
 constexpr double kRobotEdgeM = 0.16;
 constexpr double kFloorEdgeM = 0.24;
@@ -144,7 +140,7 @@ class CameraAbove {
       tags.push_back({static_cast<int>(i) + 1, pose.x_m, pose.y_m, pose.heading_rad, kRobotEdgeM,
                       kTagHeightM});
     }
-    const tracker::View view = tracking_.Look(detector_.Detect(renderer_.Render(tags)));
+    const tracker::View view = tracking_.Locate(detector_.Detect(renderer_.Render(tags)));
     seen_ += view.seen.size();
     possible_ += kRobots;
     for (std::string& datagram : tracker::Datagrams(view.seen)) {
@@ -188,8 +184,7 @@ class CameraAbove {
 
   static tracker::Settings SettingsOf(const std::string& link) {
     tracker::Settings settings;
-    settings.lens = {
-        kCamera.focal_px, {kCamera.centre_x_px, kCamera.centre_y_px}, kCamera.k1, kCamera.k2};
+    settings.lens = kCamera.lens;
     settings.floor_edge_m = kFloorEdgeM;
     settings.robot_edge_m = kRobotEdgeM;
     for (const tracker::RenderedTag& it : Floor()) {

@@ -248,8 +248,9 @@ class CameraTest(WithFolder):
         pgm = subprocess.run(["pngtopnm", name], cwd=self.work, check=True, capture_output=True).stdout
         return numpy.frombuffer(pgm[-1280 * 960:], dtype=numpy.uint8).reshape(960, 1280)
 
-    def deliver_yuyv(self):
-        for name, picture in (("new", self.picture), ("old", numpy.full((960, 1280), 77, numpy.uint8))):
+    def deliver_yuyv(self, flagged=False):
+        gray = numpy.full((960, 1280), 77, numpy.uint8)
+        for name, picture in (("new", self.picture), ("old", gray), ("bad", gray))[:3 if flagged else 2]:
             frame = numpy.full((960, 2 * 1280 + 64), 128, numpy.uint8)
             frame[:, 0:2 * 1280:2] = picture
             (self.work / name).write_bytes(frame.tobytes())
@@ -260,11 +261,18 @@ class CameraTest(WithFolder):
         self.tracker("take", "ceiling.toml", "two.png", **self.with_camera)
         self.assertTrue(numpy.array_equal(self.gray("two.png"), self.picture))
 
+    def test_skips_a_picture_that_the_driver_says_is_damaged(self):
+        self.deliver_yuyv(flagged=True)
+        (self.work / "flagged").write_text("x")
+        self.tracker("take", "ceiling.toml", "two.png", **self.with_camera)
+        self.assertTrue(numpy.array_equal(self.gray("two.png"), self.picture))
+
     def test_takes_mjpeg_and_skips_a_damaged_picture(self):
         jpeg = subprocess.run("pngtopnm one.png | pnmtojpeg --quality=95", shell=True, cwd=self.work,
                               check=True, capture_output=True).stdout
         (self.work / "new").write_bytes(jpeg)
-        (self.work / "old").write_bytes(jpeg[:5000])
+        for name in ("old", "bad"):
+            (self.work / name).write_bytes(jpeg[:5000])
         (self.work / "kind").write_text("MJPG")
         said = self.tracker("check", "ceiling.toml", **self.with_camera)
         self.assertIn("floor tags 6 of 6", said)

@@ -14,6 +14,7 @@
 #include "client_fw/attach/reporter.h"
 #include "client_fw/attach/servers.h"
 #include "client_fw/boards/host/real_time.h"
+#include "server/base/say_line.h"
 
 namespace pheromone::attach {
 namespace {

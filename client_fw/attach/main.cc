@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <string>
@@ -21,16 +22,17 @@
 #include "client_fw/attach/connection.h"
 #include "client_fw/attach/reporter.h"
 #include "client_fw/attach/servers.h"
+#include "client_fw/boards/host/plane_pose.h"
 #include "client_fw/boards/host/real_time.h"
 #include "server/base/command_line.h"
+#include "server/base/number_check.h"
 #include "server/base/program.h"
+#include "server/base/say_line.h"
 
 namespace pheromone::attach {
 namespace {
 
-constexpr int kFailed = 1;
-constexpr int kWrongInput = 2;
-constexpr double kBinaryAnglesPerDegree = 65'536 / 360.0;
+constexpr char kProgram[] = "pheromone-robot";
 constexpr double kFarthestM = client::kMaxCoordinateMm / 1000.0;
 
 struct Options {
@@ -43,20 +45,6 @@ struct Options {
   double seconds = 0;
   double status_s = 0;
 };
-
-int Fail(const std::string& message, int status) {
-  fmt::print(stderr, "pheromone-robot: {}\n", message);
-  return status;
-}
-
-client::Pose ToPose(const std::array<double, 3>& start) {
-  const auto [x_m, y_m, heading_deg] = start;
-  const auto angle = static_cast<int64_t>(
-      std::llround(std::remainder(heading_deg, 360.0) * kBinaryAnglesPerDegree));
-  return {static_cast<int32_t>(std::lround(x_m * 1000)),
-          static_cast<int32_t>(std::lround(y_m * 1000)),
-          static_cast<client::BinaryAngle>(angle & 0xFFFF)};
-}
 
 // What is wrong with values that are right one by one; empty if nothing is.
 std::string Conflict(const Options& options) {
@@ -86,14 +74,14 @@ std::string Conflict(const Options& options) {
 
 int Run(const Options& options) {
   if (const std::string conflict = Conflict(options); !conflict.empty()) {
-    return Fail(conflict, kWrongInput);
+    return Fail(kProgram, conflict, kWrongInput);
   }
   Result<Address> robot = ParseAddress(options.robot, options.robot_baud);
   if (!robot.ok()) {
-    return Fail("--robot: " + robot.error(), kWrongInput);
+    return Fail(kProgram, "--robot: " + robot.error(), kWrongInput);
   }
   if (robot.value().kind == Address::Kind::kUdp) {
-    return Fail("--robot: a Pioneer is reached by a serial port or by TCP, not by UDP",
+    return Fail(kProgram, "--robot: a Pioneer is reached by a serial port or by TCP, not by UDP",
                 kWrongInput);
   }
   const uint32_t modem_baud = options.modem_baud.value_or(9600);
@@ -102,17 +90,18 @@ int Run(const Options& options) {
   for (const std::string& text : options.modem) {
     Result<Address> modem = ParseAddress(text, modem_baud);
     if (!modem.ok()) {
-      return Fail("--modem: " + modem.error(), kWrongInput);
+      return Fail(kProgram, "--modem: " + modem.error(), kWrongInput);
     }
     attach.servers.push_back(std::move(modem).value());
     attach.servers.back().paced = options.modem_baud.has_value();
   }
   if (const Status list = CheckServers(attach.servers); !list.ok()) {
-    return Fail("--modem: " + list.error(), kWrongInput);
+    return Fail(kProgram, "--modem: " + list.error(), kWrongInput);
   }
   const Address& modem = attach.servers.front();
   attach.client = options.client;
-  attach.client.start = ToPose(options.start);
+  const auto [x_m, y_m, heading_deg] = options.start;
+  attach.client.start = client::ToClientPose({x_m, y_m, heading_deg * std::numbers::pi / 180});
   attach.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
   attach.client.baud = modem_baud;
   // Adapters and networks deliver late and in pieces.
@@ -135,23 +124,12 @@ int Run(const Options& options) {
   std::signal(SIGPIPE,
               SIG_IGN);  // whoever read our lines may go, the robot still has to be stopped
   const Result<bool> stands = Attach(attach, StopOnSignals());
-  return !stands.ok() ? Fail(stands.error(), kFailed) : stands.value() ? 0 : kFailed;
+  return !stands.ok() ? Fail(kProgram, stands.error(), kFailed) : stands.value() ? 0 : kFailed;
 }
 
 std::vector<uint32_t> Rates() {
   const auto rates = SerialRates();
   return {rates.begin(), rates.end()};
-}
-
-// Unlike CLI::Range, it rejects "nan".
-CLI::Validator Seconds() {
-  return {[](const std::string& text) {
-            double value = 0;
-            return CLI::detail::lexical_cast(text, value) && value >= 0.1 && value <= 1e7
-                       ? std::string()
-                       : text + " is not a number of seconds from 0.1 to 1e7";
-          },
-          "0.1 to 1e7"};
 }
 
 int Main(int argc, char** argv) {
@@ -161,7 +139,7 @@ int Main(int argc, char** argv) {
   CLI::App app{
       "Drives a real Pioneer robot (ARCOS) from this computer: reports its pose to a pheromone "
       "server over a modem or a network, and steers by the answers.",
-      "pheromone-robot"};
+      kProgram};
   Standardise(&app);
   app.set_version_flag("--version", "pheromone-robot " PHEROMONE_VERSION);
   app.add_option("--robot", options.robot, "The Pioneer: /dev/ttyUSB0, or HOST:PORT for TCP")
@@ -199,9 +177,9 @@ int Main(int argc, char** argv) {
                  "Bit rate of the modem's port (default: 9600), also of one behind TCP or a pty")
       ->check(CLI::IsMember(Rates()));
   app.add_option("--status", options.status_s, "Print pose and speeds every so many seconds")
-      ->check(Seconds());
+      ->check(Number(0.1, 1e7));
   app.add_option("--seconds", options.seconds, "End after this time (default: on a signal)")
-      ->check(Seconds());
+      ->check(Number(0.1, 1e7));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -214,6 +192,6 @@ int Main(int argc, char** argv) {
 }  // namespace pheromone::attach
 
 int main(int argc, char** argv) {
-  return pheromone::RunProgram("pheromone-robot",
+  return pheromone::RunProgram(pheromone::attach::kProgram,
                                [&] { return pheromone::attach::Main(argc, argv); });
 }

@@ -1,8 +1,6 @@
 #include "client_fw/attach/reporter.h"
 
 #include <fmt/format.h>
-#include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -11,7 +9,7 @@
 #include <utility>
 
 #include "client_fw/boards/host/stop_text.h"
-#include "server/base/escape.h"
+#include "server/base/say_line.h"
 
 namespace pheromone::attach {
 namespace {
@@ -48,17 +46,6 @@ void SayIfNew(int64_t now_ms, std::string text, std::string* last) {
 }
 
 }  // namespace
-
-void SayLine(int64_t now_ms, const std::string& text) {
-  pollfd ready = {STDOUT_FILENO, POLLOUT, 0};
-  if (poll(&ready, 1, 0) != 1 || (ready.revents & POLLOUT) == 0) {
-    return;
-  }
-  // Not through stdout, whose owner may block: it escapes what a robot or an address says itself.
-  const std::string line =
-      fmt::format("{:8.1f} s  {}\n", static_cast<double>(now_ms) / 1000, EscapeControls(text, ""));
-  [[maybe_unused]] const ssize_t size = write(STDOUT_FILENO, line.data(), line.size());
-}
 
 std::string MotionText(uint8_t flags, bool trail_lost) {
   if (flags == 0) {

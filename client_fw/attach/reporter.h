@@ -21,11 +21,6 @@
 
 namespace pheromone::attach {
 
-/// Writes a line to standard output, if that does not block: a terminal that was stopped with
-/// Ctrl-S, or a reader that does not read, must not hold up a robot that drives. Lines are lost
-/// then.
-void SayLine(int64_t now_ms, const std::string& text);
-
 /// Why a robot with these client::StopFlags stands; "drives" if there are none.
 std::string MotionText(uint8_t flags, bool trail_lost);
 

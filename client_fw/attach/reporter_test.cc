@@ -1,15 +1,8 @@
 #include "client_fw/attach/reporter.h"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <poll.h>
-#include <unistd.h>
 
-#include <array>
-#include <cstdio>
 #include <string>
-
-#include "server/base/descriptor.h"
 
 namespace pheromone::attach {
 namespace {
@@ -43,39 +36,6 @@ TEST(Silences, TheLongestMayNotHaveEnded) {
   EXPECT_EQ(900, silences.longest_ms(6200));
   EXPECT_EQ(100, silences.OnAnswer(5400));
   EXPECT_EQ(300, silences.longest_ms(5400));
-}
-
-// Standard output, while it exists, is a pipe.
-class OutputPipe {
- public:
-  OutputPipe() : saved_(dup(STDOUT_FILENO)) {
-    std::fflush(stdout);
-    std::array<int, 2> ends{};
-    EXPECT_EQ(0, pipe(ends.data()));
-    reader = Descriptor(ends[0]);
-    EXPECT_NE(-1, dup2(ends[1], STDOUT_FILENO));
-    close(ends[1]);
-  }
-  ~OutputPipe() { dup2(saved_.get(), STDOUT_FILENO); }
-
-  Descriptor reader;
-
- private:
-  Descriptor saved_;
-};
-
-TEST(SayLine, ReaderThatDoesNotReadHoldsNothingUp) {
-  std::string text;
-  {
-    const OutputPipe output;
-    for (int i = 0; i < 10'000; ++i) {  // 64 KiB fit into a pipe
-      SayLine(1500, "something happened, and then something else");
-    }
-    std::array<char, 256> buffer{};
-    const ssize_t size = read(output.reader.get(), buffer.data(), 52);
-    text.assign(buffer.data(), static_cast<size_t>(size));
-  }
-  EXPECT_EQ("     1.5 s  something happened, and then something ", text.substr(0, 51));
 }
 
 }  // namespace

@@ -7,16 +7,17 @@
 #include <cstdint>
 #include <list>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
-#include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/ros2/bridged_robot.h"
 #include "client_fw/ros2/node.h"
 #include "client_fw/ros2/robot_report.h"
 #include "client_fw/ros2/server_thread.h"
 #include "client_fw/ros2/text.h"
+#include "server/base/say_line.h"
 
 namespace pheromone::ros2 {
 namespace {
@@ -51,16 +52,16 @@ class Bridge {
       robot.Stop();
     }
     node_->Flush(kPartingMs);
-    attach::SayLine(now_ms_, "ended; robots that were driven are told to stand");
+    SayLine(now_ms_, "ended; robots that were driven are told to stand");
   }
 
  private:
   void Turn() {
     now_ms_ = (MonotonicNs() - start_ns_) / kNsPerMs;
-    static_frames_.Take([&](const TFMessage& message) { OnTransforms(message); });
-    frames_.Take([&](const TFMessage& message) { OnTransforms(message); });
-    halt_.Take([&](const Empty&) {
-      attach::SayLine(now_ms_, "halt, by /pheromone/halt");
+    static_frames_.Receive([&](const TFMessage& message) { OnTransforms(message); });
+    frames_.Receive([&](const TFMessage& message) { OnTransforms(message); });
+    halt_.Receive([&](const Empty&) {
+      SayLine(now_ms_, "halt, by /pheromone/halt");
       for (BridgedRobot& robot : robots_) {
         robot.Halt();
       }
@@ -92,9 +93,10 @@ class Bridge {
     for (uint32_t i = 0; i < message.transforms._length; ++i) {
       const auto& it = message.transforms._buffer[i];
       const auto& at = it.transform.translation;
+      const std::string parent = FrameOf(it.header.frame_id);
+      const std::string child = FrameOf(it.child_frame_id);
       for (BridgedRobot& robot : robots_) {
-        robot.OnTransform(FrameOf(it.header.frame_id), FrameOf(it.child_frame_id),
-                          ToPlane(at.x, at.y, it.transform.rotation));
+        robot.OnTransform(parent, child, ToPlane(at.x, at.y, it.transform.rotation));
       }
     }
   }
@@ -130,7 +132,7 @@ Status RunBridge(const BridgeOptions& options, const Discovery& discovery,
   PHEROMONE_TRY(const std::unique_ptr<Node> node, Node::Create(discovery, options.distro));
   Bridge bridge(options, node.get());
   PHEROMONE_TRY_STATUS(node->status());
-  attach::SayLine(0, fmt::format("node /pheromone in domain {}", discovery.domain));
+  SayLine(0, fmt::format("node /pheromone in domain {}", discovery.domain));
   bridge.Run(stop);
   return Ok();
 }

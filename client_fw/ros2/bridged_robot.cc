@@ -14,6 +14,7 @@
 #include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/stop_text.h"
 #include "client_fw/ros2/text.h"
+#include "server/base/say_line.h"
 
 namespace pheromone::ros2 {
 namespace {
@@ -25,7 +26,7 @@ client::Parameters ParametersOf(const BridgeOptions& options, const RobotEntry& 
   client::Parameters parameters = options.client;
   parameters.id = entry.id;
   if (entry.start) {
-    parameters.start = *ToClientPose(*entry.start);
+    parameters.start = ToClientPose(*entry.start);
   }
   parameters.boot_counter = static_cast<uint16_t>(std::random_device{}());
   parameters.buffered_link = true;  // networks deliver late
@@ -65,24 +66,36 @@ BridgedRobot::BridgedRobot(Node* node, const BridgeOptions& options, const Robot
 
 void BridgedRobot::OnTransform(const std::string& parent, const std::string& child,
                                const PlanePose& transform) {
-  if (options_.localisation == Localisation::kTf && parent == options_.map_frame &&
-      !odometry_frame_.empty() && child == odometry_frame_) {
+  if (options_.localisation != Localisation::kTf || parent != options_.map_frame) {
+    return;
+  }
+  if (odometry_frame_.empty()) {
+    early_.insert_or_assign(child, transform);
+  } else if (child == odometry_frame_) {
     robot_.OnMapToOdometry(transform);
   }
 }
 
-void BridgedRobot::TakeMessages(int64_t now_ms) {
-  odometry_.Take([&](const Odometry& message) {
+void BridgedRobot::ReceiveMessages(int64_t now_ms) {
+  odometry_.Receive([&](const Odometry& message) {
     odometry_frame_ = FrameOf(message.header.frame_id);
     robot_.OnOdometry(ToPlane(message.pose.pose), now_ms);
+    if (const auto early = early_.find(odometry_frame_); early != early_.end()) {
+      robot_.OnMapToOdometry(early->second);
+    }
+    early_.clear();
   });
-  amcl_pose_.Take([&](const PoseWithCovarianceStamped& message) {
-    if (FrameOf(message.header.frame_id) == options_.map_frame && robot_.has_odometry()) {
-      robot_.OnMapToOdometry(Compose(ToPlane(message.pose.pose), Inverse(robot_.odometry())));
+  amcl_pose_.Receive([&](const PoseWithCovarianceStamped& message) {
+    if (FrameOf(message.header.frame_id) == options_.map_frame) {
+      amcl_ = ToPlane(message.pose.pose);
     }
   });
-  enable_.Take([&](const Bool& message) { robot_.Enable(message.data); });
-  goal_.Take([&](const PoseStamped& message) { OnGoal(message, now_ms); });
+  if (amcl_ && robot_.has_odometry()) {
+    robot_.OnMapToOdometry(Compose(*amcl_, Inverse(robot_.odometry())));
+    amcl_.reset();
+  }
+  enable_.Receive([&](const Bool& message) { robot_.Enable(message.data); });
+  goal_.Receive([&](const PoseStamped& message) { OnGoal(message, now_ms); });
 }
 
 void BridgedRobot::OnGoal(const PoseStamped& goal, int64_t now_ms) {
@@ -90,8 +103,8 @@ void BridgedRobot::OnGoal(const PoseStamped& goal, int64_t now_ms) {
   const std::string name = entry_.name_space + ": goal";
   const std::string frame = FrameOf(goal.header.frame_id);
   if (frame != options_.map_frame || !std::isfinite(at.x) || !std::isfinite(at.y)) {
-    attach::SayLine(now_ms, fmt::format("{}: frame \"{}\", expected finite x and y in \"{}\"", name,
-                                        frame, options_.map_frame));
+    SayLine(now_ms, fmt::format("{}: frame \"{}\", expected finite x and y in \"{}\"", name, frame,
+                                options_.map_frame));
     return;
   }
   server_->Send(name, "/api/v1/goto",
@@ -119,16 +132,16 @@ void BridgedRobot::ExchangeFrames(int64_t now_ms) {
 }
 
 void BridgedRobot::Turn(int64_t now_ms) {
-  TakeMessages(now_ms);
+  ReceiveMessages(now_ms);
   ExchangeFrames(now_ms);
   robot_.Step(now_ms);
-  if (const auto speed = robot_.TakeSpeed()) {
+  if (const auto speed = robot_.ClaimSpeed()) {
     PublishSpeed(*speed);
   }
-  if (robot_.TakeSensed()) {
+  if (robot_.ClaimSensed()) {
     PublishSensed();
   }
-  if (const std::vector<uint8_t> frame = robot_.TakeFrame(); !frame.empty()) {
+  if (const std::vector<uint8_t> frame = robot_.ClaimFrame(); !frame.empty()) {
     servers_.Write(frame, now_ms);
     sending_ = true;
   }
@@ -189,7 +202,7 @@ RobotReport BridgedRobot::MakeReport() const {
 void BridgedRobot::Report(int64_t now_ms) {
   const std::string text = entry_.name_space + ": " + StateText();
   if (text != said_) {
-    attach::SayLine(now_ms, text);
+    SayLine(now_ms, text);
     said_ = text;
   }
 }

@@ -10,6 +10,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <optional>
 #include <string>
 
 #include "client_fw/attach/servers.h"
@@ -29,6 +31,8 @@ class BridgedRobot {
   BridgedRobot(const BridgedRobot&) = delete;
   BridgedRobot& operator=(const BridgedRobot&) = delete;
 
+  /// Before odometry has told its frame, the last one of each child of the map is kept: a latched
+  /// one does not come again.
   void OnTransform(const std::string& parent, const std::string& child, const PlanePose& transform);
   void Halt() { robot_.Halt(); }
   void Turn(int64_t now_ms);
@@ -40,17 +44,12 @@ class BridgedRobot {
   int descriptor() const { return servers_.connection().descriptor(); }
   short poll_events() const { return servers_.connection().poll_events(); }
 
-  const RobotEntry& entry() const { return entry_; }
-  const RosRobot& robot() const { return robot_; }
-  const attach::Servers& servers() const { return servers_; }
-  /// The frame of its odometry, such as "tb1/odom"; empty before the first message.
-  const std::string& odometry_frame() const { return odometry_frame_; }
-  /// What it does, and why: "drives", "stands: halted, until it is told to resume".
-  std::string StateText() const;
   RobotReport MakeReport() const;
 
  private:
-  void TakeMessages(int64_t now_ms);
+  /// What it does, and why: "drives", "stands: halted, until it is told to resume".
+  std::string StateText() const;
+  void ReceiveMessages(int64_t now_ms);
   void OnGoal(const PoseStamped& goal, int64_t now_ms);
   void ExchangeFrames(int64_t now_ms);
   void PublishSpeed(const Speed& speed);
@@ -62,7 +61,9 @@ class BridgedRobot {
   RosRobot robot_;
   attach::Servers servers_;
   bool sending_ = false;
-  std::string odometry_frame_;
+  std::string odometry_frame_;              // such as "tb1/odom"; empty before the first message
+  std::map<std::string, PlanePose> early_;  // until then: transforms from the map, by child
+  std::optional<PlanePose> amcl_;           // the last one, until there is odometry to join it with
   std::string said_;
   Subscription<Odometry> odometry_;
   Subscription<PoseWithCovarianceStamped> amcl_pose_;

@@ -1,12 +1,13 @@
 #include "client_fw/ros2/grid.h"
 
-#include <algorithm>
-#include <cmath>
+#include <fmt/format.h>
+
 #include <cstddef>
 
 #include <boost/json/array.hpp>
 
 #include "client_fw/ros2/text.h"
+#include "server/formats/ros/names.h"
 #include "server/operators/ctl/json_read.h"
 
 namespace pheromone::ros2 {
@@ -43,7 +44,10 @@ Result<Grid> ReadGrid(const json::value& raster) {
   const bool pheromone = !ctl::At(raster, "maximum").is_null();
   if (columns == 0 || rows == 0 || columns > kMaxCells / rows || values.size() != rows ||
       origin.size() != 2 || !(cell_m > 0) || (pheromone && !(maximum > 0))) {
-    return Error{"the server's answer is no raster"};
+    return Error{
+        fmt::format("the server's raster: {} x {} cells, {} rows of values, expected up to {} "
+                    "cells, and a cell_m and a maximum above 0",
+                    columns, rows, values.size(), kMaxCells)};
   }
   Grid grid{static_cast<uint32_t>(columns),
             static_cast<uint32_t>(rows),
@@ -54,18 +58,18 @@ Result<Grid> ReadGrid(const json::value& raster) {
   for (size_t i = 0; i < rows; ++i) {
     const json::array* row = values[i].if_array();
     if (row == nullptr || row->size() != columns) {
-      return Error{"the server's raster has a row of another length"};
+      return Error{fmt::format("the server's raster: row {} has {} values, expected {}", i,
+                               row == nullptr ? 0 : row->size(), columns)};
     }
     for (size_t j = 0; j < columns; ++j) {
       const json::value& value = (*row)[j];
       int8_t& cell = grid.cells[(rows - 1 - i) * columns + j];
       if (!pheromone) {
-        cell = NumberOf(value) != 0 ? kObstacle : int8_t{0};
+        cell = NumberOf(value) != 0 ? ros::kObstacle : int8_t{0};
       } else if (value.is_null()) {
-        cell = kUnknown;
+        cell = ros::kUnknown;
       } else {
-        const double part = std::clamp(NumberOf(value) / maximum, 0.0, 1.0);
-        cell = static_cast<int8_t>(std::lround(part * kFullLevel));
+        cell = ros::LevelOf(NumberOf(value) / maximum);
       }
     }
   }

@@ -4,8 +4,7 @@
 //   Result<Grid> grid = ReadGrid(json);        // of /api/v1/field, or of /api/v1/obstacles
 //   grid.value().Fill("map", &message);        // which points into the grid
 //
-// Pheromones are 0 to 98 of their maximum, so that a viewer's palette for costs has room for its
-// two special values, and -1, unknown, where an obstacle is. Obstacles are 0 or 100.
+// What cells mean is in server/formats/ros/names.h.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +17,6 @@
 #include "server/base/result.h"
 
 namespace pheromone::ros2 {
-
-constexpr int kFullLevel = 98;
-constexpr int8_t kObstacle = 100;
-constexpr int8_t kUnknown = -1;
 
 struct Grid {
   uint32_t columns = 0;

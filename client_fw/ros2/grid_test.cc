@@ -18,7 +18,7 @@ TEST(Grid, RowsGoUpwardsAndLevelsToNinetyEight) {
   Grid grid = ReadText(R"({"maximum": 2, "columns": 3, "rows": 2, "origin_m": [-1, 0.5],
                        "cell_m": 0.25, "values": [[0, 1, 2], [null, 0.01, 3]]})")
                   .value();
-  EXPECT_EQ(grid.cells, (std::vector<int8_t>{-1, 0, 98, 0, 49, 98}));
+  EXPECT_EQ(grid.cells, (std::vector<int8_t>{-1, 1, 98, 0, 49, 98}));
   OccupancyGrid message;
   const std::string frame = "map";
   grid.Fill(frame, &message);

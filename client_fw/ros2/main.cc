@@ -1,8 +1,6 @@
 // pheromone-ros2: joins robots of ROS 2 with a pheromone server.
 //
 // Exit status: 0 ended as told; 1 DDS cannot start; 2 the command line or the environment is wrong.
-#include <fmt/format.h>
-
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
@@ -18,13 +16,13 @@
 #include "client_fw/ros2/environment.h"
 #include "client_fw/ros2/options.h"
 #include "server/base/command_line.h"
+#include "server/base/number_check.h"
 #include "server/base/program.h"
 
 namespace pheromone::ros2 {
 namespace {
 
-constexpr int kFailed = 1;
-constexpr int kWrongInput = 2;
+constexpr char kProgram[] = "pheromone-ros2";
 
 struct Words {
   std::vector<std::string> robots;
@@ -34,12 +32,8 @@ struct Words {
   std::string distro = "auto";
 };
 
-int Fail(const std::string& message, int status) {
-  fmt::print(stderr, "pheromone-ros2: {}\n", message);
-  return status;
-}
-
-Status Read(const Words& words, BridgeOptions* options) {
+Status Read(const Words& words, const std::vector<std::string>& for_robots,
+            BridgeOptions* options) {
   for (const std::string& text : words.robots) {
     Result<RobotEntry> robot = ParseRobot(text);
     if (!robot.ok()) {
@@ -68,7 +62,7 @@ Status Read(const Words& words, BridgeOptions* options) {
   options->distro = words.distro == "auto"     ? Distro::kAuto
                     : words.distro == "humble" ? Distro::kHumble
                                                : Distro::kIron;
-  return CheckOptions(*options);
+  return CheckOptions(*options, for_robots);
 }
 
 int Main(int argc, char** argv) {
@@ -80,7 +74,7 @@ int Main(int argc, char** argv) {
   CLI::App app{
       "Joins robots of ROS 2 with a pheromone server: reads their odometry, and drives them by "
       "cmd_vel as the server's intensities tell.",
-      "pheromone-ros2"};
+      kProgram};
   Standardise(&app);
   app.set_version_flag("--version", "pheromone-ros2 " PHEROMONE_VERSION);
   app.add_option("--robot", words.robots,
@@ -109,7 +103,7 @@ int Main(int argc, char** argv) {
   app.add_option("--map-frame", options.map_frame, "The frame of the map (default: map)");
   app.add_option("--track", options.track_m,
                  "Distance of a robot's wheels, m (default: 0.16, a TurtleBot3 Burger)")
-      ->check(CLI::Range(0.01, 10.0));
+      ->check(Number(0.01, 10));
   app.add_flag("--stamped", options.stamped, "cmd_vel is TwistStamped, as robots of Jazzy expect");
   app.add_option("--distro", words.distro,
                  "What `ros2 node list` belongs to: humble, iron (and later), auto (default: auto, "
@@ -130,21 +124,29 @@ int Main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kWrongInput;
   }
-  if (const Status read = Read(words, &options); !read.ok()) {
-    return Fail(read.error(), kWrongInput);
+  std::vector<std::string> for_robots;
+  for (const char* name : {"--pose", "--track", "--stamped", "--type", "--speed", "--period",
+                           "--fail-safe", "--lay-trail"}) {
+    if (app.count(name) > 0) {
+      for_robots.emplace_back(name);
+    }
+  }
+  if (const Status read = Read(words, for_robots, &options); !read.ok()) {
+    return Fail(kProgram, read.error(), kWrongInput);
   }
   const Result<Discovery> discovery = ReadEnvironment(getenv);
   if (!discovery.ok()) {
-    return Fail(discovery.error(), kWrongInput);
+    return Fail(kProgram, discovery.error(), kWrongInput);
   }
   std::signal(SIGPIPE, SIG_IGN);
   const Status run = RunBridge(options, discovery.value(), StopOnSignals());
-  return run.ok() ? 0 : Fail(run.error(), kFailed);
+  return run.ok() ? 0 : Fail(kProgram, run.error(), kFailed);
 }
 
 }  // namespace
 }  // namespace pheromone::ros2
 
 int main(int argc, char** argv) {
-  return pheromone::RunProgram("pheromone-ros2", [&] { return pheromone::ros2::Main(argc, argv); });
+  return pheromone::RunProgram(pheromone::ros2::kProgram,
+                               [&] { return pheromone::ros2::Main(argc, argv); });
 }

@@ -81,18 +81,6 @@ bool IsRosName(std::string_view name) {
   return before != '/';
 }
 
-std::string ToRosName(std::string_view name) {
-  std::string ros;
-  for (const char c : name) {
-    const bool fits = std::isalnum(static_cast<unsigned char>(c)) != 0;
-    if (fits || ros.empty() || ros.back() != '_') {
-      ros += fits ? c : '_';
-    }
-  }
-  return ros.empty() || std::isdigit(static_cast<unsigned char>(ros.front())) != 0 ? "p" + ros
-                                                                                   : ros;
-}
-
 Result<std::unique_ptr<Node>> Node::Create(const Discovery& discovery, Distro distro) {
   const dds_entity_t domain = dds_create_domain(discovery.domain, discovery.config.c_str());
   if (domain < 0) {
@@ -148,12 +136,30 @@ dds_entity_t Node::Make(bool writer, const std::string& topic,
   return entity;
 }
 
+void Node::Delete(dds_entity_t entity) {
+  const std::lock_guard lock(mutex_);
+  dds_guid_t guid{};
+  if (entity <= 0 || dds_get_guid(entity, &guid) < 0) {
+    return;
+  }
+  const auto is_it = [&](const dds_guid_t& it) {
+    return std::memcmp(it.v, guid.v, sizeof guid.v) == 0;
+  };
+  std::erase_if(readers_, is_it);
+  std::erase_if(writers_, is_it);
+  std::erase(entities_, entity);
+  const dds_entity_t topic = dds_get_topic(entity);
+  dds_delete(entity);
+  dds_delete(topic);
+  changed_ = true;
+}
+
 // Whoever publishes a graph of its own shows by a type hash that it is of Iron or later.
 void Node::FindDistro() {
   Subscription<dds_builtintopic_endpoint_t> publications(publications_);
   dds_guid_t own{};
   dds_get_guid(participant_, &own);
-  publications.Take([&](const dds_builtintopic_endpoint_t& it) {
+  publications.Receive([&](const dds_builtintopic_endpoint_t& it) {
     if (distro_ != Distro::kAuto || it.topic_name == nullptr ||
         std::strcmp(it.topic_name, kGraphTopic) != 0 ||
         std::memcmp(it.participant_key.v, own.v, sizeof own.v) == 0) {

@@ -7,7 +7,7 @@
 //   if (!node.value()->status().ok()) ...                 // one of them could not be made
 //   for (;;) {
 //     node.value()->Step();                               // the graph
-//     odom.Take([](const Odometry& message) { ... });
+//     odom.Receive([](const Odometry& message) { ... });
 //     speed.Publish(message);
 //   }
 //
@@ -50,8 +50,6 @@ enum class Quality : uint8_t {
 std::string DdsTopic(std::string_view ros_topic);
 /// Whether ROS allows it in a name of a topic or namespace, such as "tb1" or "lab/tb1".
 bool IsRosName(std::string_view name);
-/// A name that ROS allows, most like `name`: other characters become underscores.
-std::string ToRosName(std::string_view name);
 
 template <class Message>
 class Publisher {
@@ -64,6 +62,7 @@ class Publisher {
     }
   }
   bool exists() const { return writer_ > 0; }
+  dds_entity_t entity() const { return writer_; }
 
  private:
   dds_entity_t writer_ = 0;
@@ -74,9 +73,9 @@ class Subscription {
  public:
   Subscription() = default;
   explicit Subscription(dds_entity_t reader) : reader_(reader) {}
-  /// Calls `receive` with each message that has come.
-  template <class Receive>
-  void Take(Receive receive) {
+  /// Calls `handle` with each message that has come.
+  template <class Handler>
+  void Receive(Handler handle) {
     constexpr size_t kMax = 16;
     std::array<void*, kMax> samples{};
     std::array<dds_sample_info_t, kMax> infos{};
@@ -84,13 +83,14 @@ class Subscription {
         reader_ > 0 ? dds_take(reader_, samples.data(), infos.data(), kMax, kMax) : 0;
     for (int32_t i = 0; i < count; ++i) {
       if (infos[static_cast<size_t>(i)].valid_data) {
-        receive(*static_cast<const Message*>(samples[static_cast<size_t>(i)]));
+        handle(*static_cast<const Message*>(samples[static_cast<size_t>(i)]));
       }
     }
     if (count > 0) {
       dds_return_loan(reader_, samples.data(), count);
     }
   }
+  dds_entity_t entity() const { return reader_; }
 
  private:
   dds_entity_t reader_ = 0;
@@ -115,6 +115,12 @@ class Node {
         Make(false, topic, Kind<Message>::descriptor(), Kind<Message>::kHash, quality));
   }
 
+  /// Ends what this node made; its copies are not to be used any more. Nothing if there is none.
+  template <class Endpoint>
+  void Withdraw(const Endpoint& endpoint) {
+    Delete(endpoint.entity());
+  }
+
   /// Publishes the graph when it has changed; to be called some ten times a second.
   void Step();
 
@@ -129,6 +135,7 @@ class Node {
   Node(dds_entity_t domain, dds_entity_t participant, Distro distro);
   dds_entity_t Make(bool writer, const std::string& topic, const dds_topic_descriptor_t* descriptor,
                     const char* hash, Quality quality);
+  void Delete(dds_entity_t entity);
   void FindDistro();
   void AdvertiseGraph();
   template <class Info>

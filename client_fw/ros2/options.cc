@@ -38,7 +38,7 @@ std::optional<PlanePose> ReadPose(std::string_view text) {
     return std::nullopt;
   }
   const PlanePose pose{*x, *y, *degrees * std::numbers::pi / 180};
-  return ToClientPose(pose) ? std::optional(pose) : std::nullopt;
+  return IsReportable(pose) ? std::optional(pose) : std::nullopt;
 }
 
 }  // namespace
@@ -48,8 +48,9 @@ Result<RobotEntry> ParseRobot(const std::string& text) {
   RobotEntry robot;
   robot.name_space = Cut(&rest, ':');
   if (!IsRosName(robot.name_space)) {
-    return Error{fmt::format("\"{}\" is no ROS namespace, expected one such as tb1 or lab/tb1",
-                             robot.name_space)};
+    return Error{fmt::format(
+        "namespace \"{}\", expected letters, digits and single '_', such as tb1 or lab/tb1",
+        robot.name_space)};
   }
   const std::string_view number = Cut(&rest, ':');
   const auto id = ReadNumber<int>(number);
@@ -67,17 +68,19 @@ Result<RobotEntry> ParseRobot(const std::string& text) {
   return robot;
 }
 
-Status CheckOptions(const BridgeOptions& options) {
+Status CheckOptions(const BridgeOptions& options, const std::vector<std::string>& for_robots) {
   std::set<std::string> names;
   std::set<uint8_t> ids;
   for (const RobotEntry& robot : options.robots) {
     if (!names.insert(robot.name_space).second || !ids.insert(robot.id).second) {
-      return Error{"--robot: " + robot.name_space + " has a namespace or an ID of another robot"};
+      return Error{fmt::format("--robot: {}:{}, expected a namespace and an ID that no other has",
+                               robot.name_space, robot.id)};
     }
     if (robot.start.has_value() != (options.localisation == Localisation::kStart)) {
       return Error{"--robot: " + robot.name_space +
-                   (robot.start ? " has a start pose, but its pose comes from --pose"
-                                : " has no start pose, expected NAMESPACE:ID:X,Y,DEGREES")};
+                   (robot.start
+                        ? " has a start pose, expected NAMESPACE:ID with this --pose"
+                        : " has no start pose, expected NAMESPACE:ID:X,Y,DEGREES or --pose")};
     }
   }
   const Allowed& allowed = options.allowed;
@@ -87,6 +90,9 @@ Status CheckOptions(const BridgeOptions& options) {
     }
     if (!options.servers.empty() || allowed.enable || allowed.goal) {
       return Error{"--server and --allow enable, goal are for robots, expected --robot"};
+    }
+    if (!for_robots.empty()) {
+      return Error{for_robots.front() + " is for robots, expected --robot"};
     }
   } else {
     const Status list = attach::CheckServers(options.servers);
@@ -100,6 +106,10 @@ Status CheckOptions(const BridgeOptions& options) {
   }
   if (options.socket.empty() && (allowed.goal || allowed.deposit || allowed.paint)) {
     return Error{"--allow goal, deposit, paint: orders to the server, expected --socket"};
+  }
+  if (options.socket.empty() && options.localisation == Localisation::kStart &&
+      options.map_frame != BridgeOptions().map_frame) {
+    return Error{"--map-frame: nothing is in this frame, expected --socket, --pose tf or amcl"};
   }
   if (options.socket.empty() && !options.link.empty()) {
     return Error{"--link: there is no server to ask about it, expected --socket"};

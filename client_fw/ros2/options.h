@@ -54,7 +54,8 @@ struct BridgeOptions {
 /// "NAMESPACE:ID" or "NAMESPACE:ID:X,Y,DEGREES". Errors name the part, and what was expected.
 Result<RobotEntry> ParseRobot(const std::string& text);
 
-/// What is wrong with values that are right one by one. An option without effect is an error.
-Status CheckOptions(const BridgeOptions& options);
+/// What is wrong with values that are right one by one. An option without effect is an error;
+/// `for_robots` are those that were given and are about robots.
+Status CheckOptions(const BridgeOptions& options, const std::vector<std::string>& for_robots = {});
 
 }  // namespace pheromone::ros2

@@ -26,13 +26,13 @@ TEST(RosOptions, RobotHasNamespaceIdAndStart) {
   EXPECT_EQ(robot.id, 254);
   EXPECT_EQ(robot.start->x_m, 5);
   EXPECT_EQ(robot.start->y_m, 3.5);
-  EXPECT_DOUBLE_EQ(robot.start->yaw, -std::numbers::pi / 2);
+  EXPECT_DOUBLE_EQ(robot.start->heading_rad, -std::numbers::pi / 2);
   EXPECT_FALSE(ParseRobot("tb1:1").value().start);
 }
 
 TEST(RosOptions, EachMistakeInARobotIsNamed) {
   EXPECT_EQ(ParseRobot("/tb1:1").error(),
-            "\"/tb1\" is no ROS namespace, expected one such as tb1 or lab/tb1");
+            "namespace \"/tb1\", expected letters, digits and single '_', such as tb1 or lab/tb1");
   EXPECT_EQ(ParseRobot("tb1").error(), "tb1: robot ID \"\", expected 1 to 254");
   EXPECT_EQ(ParseRobot("tb1:255").error(), "tb1: robot ID \"255\", expected 1 to 254");
   for (const char* text :
@@ -62,6 +62,20 @@ TEST(RosOptions, OptionWithoutEffectIsAnError) {
   EXPECT_EQ(Wrong(options), "");
   options.localisation = Localisation::kStart;
   EXPECT_NE(Wrong(options).find("has no start pose"), std::string::npos);
+  options = OneRobot();
+  options.map_frame = "hall";
+  EXPECT_NE(Wrong(options).find("--map-frame"), std::string::npos);
+  options.socket = "pheromoned.sock";
+  EXPECT_EQ(Wrong(options), "");
+}
+
+TEST(RosOptions, OptionForRobotsWithoutARobotIsAnError) {
+  BridgeOptions options;
+  options.client.fail_safe_ms = 400;
+  options.socket = "pheromoned.sock";
+  EXPECT_EQ(Wrong(options), "");
+  EXPECT_EQ(CheckOptions(options, {"--track"}).error(), "--track is for robots, expected --robot");
+  EXPECT_TRUE(CheckOptions(OneRobot(), {"--track", "--stamped"}).ok());
 }
 
 TEST(RosOptions, RobotsDifferInNamespaceAndId) {

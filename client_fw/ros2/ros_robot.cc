@@ -1,5 +1,6 @@
 #include "client_fw/ros2/ros_robot.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -9,9 +10,12 @@ namespace {
 
 // Longer than this between two Steps is a pause: what the server sent meanwhile is old.
 constexpr int64_t kPauseMs = 100;
+constexpr double kTurnRad = 2 * std::numbers::pi;
 // Further than this, odometry does not get from one message to the next.
 constexpr double kJumpM = 0.5;
 constexpr double kFastestMPerS = 2.0;
+constexpr double kJumpRad = 0.5;
+constexpr double kFastestRadPerS = 4.0;
 
 client::Parameters WithStart(client::Parameters parameters, PoseSource source) {
   if (source == PoseSource::kMap) {
@@ -21,35 +25,26 @@ client::Parameters WithStart(client::Parameters parameters, PoseSource source) {
 }
 
 bool IsFinite(const PlanePose& pose) {
-  return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw);
+  return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.heading_rad);
+}
+
+std::optional<client::Pose> Reportable(const PlanePose& pose) {
+  return IsReportable(pose) ? std::optional(ToClientPose(pose)) : std::nullopt;
 }
 
 }  // namespace
 
 PlanePose Compose(const PlanePose& frame, const PlanePose& pose) {
-  const double c = std::cos(frame.yaw);
-  const double s = std::sin(frame.yaw);
+  const double c = std::cos(frame.heading_rad);
+  const double s = std::sin(frame.heading_rad);
   return {frame.x_m + c * pose.x_m - s * pose.y_m, frame.y_m + s * pose.x_m + c * pose.y_m,
-          frame.yaw + pose.yaw};
+          frame.heading_rad + pose.heading_rad};
 }
 
 PlanePose Inverse(const PlanePose& pose) {
-  const double c = std::cos(pose.yaw);
-  const double s = std::sin(pose.yaw);
-  return {-c * pose.x_m - s * pose.y_m, s * pose.x_m - c * pose.y_m, -pose.yaw};
-}
-
-std::optional<client::Pose> ToClientPose(const PlanePose& pose) {
-  constexpr double kFarthestM = client::kMaxCoordinateMm / 1000.0;
-  if (!IsFinite(pose) || std::abs(pose.x_m) > kFarthestM || std::abs(pose.y_m) > kFarthestM) {
-    return std::nullopt;
-  }
-  constexpr double kTurn = 2 * std::numbers::pi;
-  const auto angle =
-      static_cast<int64_t>(std::llround(std::remainder(pose.yaw, kTurn) * 65'536 / kTurn));
-  return client::Pose{static_cast<int32_t>(std::lround(pose.x_m * 1000)),
-                      static_cast<int32_t>(std::lround(pose.y_m * 1000)),
-                      static_cast<client::BinaryAngle>(angle & 0xFFFF)};
+  const double c = std::cos(pose.heading_rad);
+  const double s = std::sin(pose.heading_rad);
+  return {-c * pose.x_m - s * pose.y_m, s * pose.x_m - c * pose.y_m, -pose.heading_rad};
 }
 
 RosRobot::RosRobot(const client::Parameters& parameters, double track_m, PoseSource source)
@@ -61,10 +56,15 @@ void RosRobot::OnOdometry(const PlanePose& pose, int64_t now_ms) {
   if (!IsFinite(pose)) {
     return;
   }
-  if (odometry_ms_) {
-    const double seconds = static_cast<double>(now_ms - *odometry_ms_) / 1000;
+  if (odometry_ms_ && source_ == PoseSource::kStart) {
+    // Without odometry it was told to stand: how long that lasted permits no more.
+    const double seconds =
+        static_cast<double>(std::min(now_ms - *odometry_ms_, kOdometryMs)) / 1000;
     const double way_m = std::hypot(pose.x_m - odometry_.x_m, pose.y_m - odometry_.y_m);
-    jumped_ |= source_ == PoseSource::kStart && way_m > kJumpM + kFastestMPerS * seconds;
+    const double turn_rad =
+        std::abs(std::remainder(pose.heading_rad - odometry_.heading_rad, kTurnRad));
+    jumped_ |=
+        way_m > kJumpM + kFastestMPerS * seconds || turn_rad > kJumpRad + kFastestRadPerS * seconds;
   }
   if (!first_odometry_) {
     first_odometry_ = pose;
@@ -87,9 +87,9 @@ std::optional<client::Pose> RosRobot::Place() const {
     return std::nullopt;
   }
   if (source_ == PoseSource::kStart) {
-    return ToClientPose(Compose(Inverse(*first_odometry_), odometry_));
+    return Reportable(Compose(Inverse(*first_odometry_), odometry_));
   }
-  return map_to_odometry_ ? ToClientPose(Compose(*map_to_odometry_, odometry_)) : std::nullopt;
+  return map_to_odometry_ ? Reportable(Compose(*map_to_odometry_, odometry_)) : std::nullopt;
 }
 
 void RosRobot::Step(int64_t now_ms) {
@@ -108,19 +108,18 @@ void RosRobot::Step(int64_t now_ms) {
   board_.Receive(from_server_.data(), from_server_.size());
   from_server_.clear();
   robot_.Step();
-  halt_ = jumped_ = false;
-  if (resume_) {
-    // A resume that an alarm still forbids waits for it to end.
-    resume_ = drive_.state.alarms != 0 && !disabled_;
+  // A halt wins over what would resume in the same turn, whichever came first.
+  if (resume_ && !halt_ && !jumped_) {
     robot_.Resume();
   }
+  halt_ = jumped_ = resume_ = false;
   drive_.told |= was_fresh && !fresh_;
   if (released()) {
     silent_ms_ = now_ms + kStandMs;
   }
 }
 
-std::optional<Speed> RosRobot::TakeSpeed() {
+std::optional<Speed> RosRobot::ClaimSpeed() {
   const bool told = drive_.told && now_ms_ < silent_ms_;
   drive_.told = false;
   if (!told) {
@@ -134,13 +133,13 @@ std::optional<Speed> RosRobot::TakeSpeed() {
   return Speed{(left + right) / 2, (right - left) / track_m_};
 }
 
-bool RosRobot::TakeSensed() {
+bool RosRobot::ClaimSensed() {
   const unsigned before = answers_;
   answers_ = conversation().counters().answers;
   return answers_ != before;
 }
 
-std::vector<uint8_t> RosRobot::TakeFrame() {
+std::vector<uint8_t> RosRobot::ClaimFrame() {
   std::array<uint8_t, client::kMaxClientFrame> frame{};
   const size_t size = board_.TakeTransmission(frame.data(), frame.size());
   return {frame.begin(), frame.begin() + static_cast<ptrdiff_t>(size)};

@@ -3,20 +3,21 @@
 // speeds and frames come out.
 //
 //   RosRobot robot(parameters, 0.16, PoseSource::kStart);
-//   robot.OnOdometry({x_m, y_m, yaw}, now_ms);
+//   robot.OnOdometry({x_m, y_m, heading_rad}, now_ms);
 //   robot.OnServerBytes(bytes);
 //   robot.Step(now_ms);                                   // every millisecond
-//   if (const auto speed = robot.TakeSpeed()) ...         // to cmd_vel
-//   Write(robot.TakeFrame());                             // to the server, then OnFrameSent()
+//   if (const auto speed = robot.ClaimSpeed()) ...         // to cmd_vel
+//   Write(robot.ClaimFrame());                             // to the server, then OnFrameSent()
 //
 // Speeds: v = (l + r) / 2, omega = (r - l) / track. There are none before a resume, since another
 // node may be driving; after a halt there is zero for a second, then nothing. Odometry that is
 // older than kOdometryMs stops the robot, which drives on when it returns.
 //
 // Where it is on the map: PoseSource::kStart adds what odometry has covered since its first message
-// to a start pose. If odometry jumps further than a robot can drive, it was reset: the pose is
-// lost, and the robot halts until it is told where it is. PoseSource::kMap takes the transform from
-// map to odometry that somebody else finds, and stands while there is none.
+// to a start pose. If odometry jumps or turns further than a robot can drive within kOdometryMs, it
+// was reset, however long it was away: the pose is lost, and the robot halts until it is told where
+// it is. PoseSource::kMap takes the transform from map to odometry that somebody else finds, and
+// stands while there is none.
 //
 // One thread.
 #pragma once
@@ -27,27 +28,21 @@
 #include <vector>
 
 #include "client_fw/boards/host/host_board.h"
+#include "client_fw/boards/host/plane_pose.h"
 #include "client_fw/core/robot.h"
 
 namespace pheromone::ros2 {
 
-/// Odometry, speeds are repeated each 250 ms: the robot stands within half a second.
+/// Odometry that is older than this stops the robot, which is told to stand at once.
 constexpr int64_t kOdometryMs = 400;
 /// For so long a halted robot is told to stand.
 constexpr int64_t kStandMs = 1000;
 
-/// A place in a plane, and the direction there; also a transform between two frames.
-struct PlanePose {
-  double x_m = 0;
-  double y_m = 0;
-  double yaw = 0;  ///< rad, counter-clockwise from +x
-};
+using client::PlanePose;
 
 /// What `pose` in the frame `frame` is in the one that contains `frame`.
 PlanePose Compose(const PlanePose& frame, const PlanePose& pose);
 PlanePose Inverse(const PlanePose& pose);
-/// Nothing if it is not finite or off the range of the protocol.
-std::optional<client::Pose> ToClientPose(const PlanePose& pose);
 
 enum class PoseSource : uint8_t { kStart, kMap };
 
@@ -72,17 +67,17 @@ class RosRobot {
   /// False: halts, and stays halted whatever the server says. True: permits it to drive, and
   /// resumes.
   void Enable(bool enabled);
-  /// Halts, until a resume.
+  /// Halts, until a resume that comes after the next Step.
   void Halt() { halt_ = true; }
 
   void Step(int64_t now_ms);
 
   /// What is to be published, if anything.
-  std::optional<Speed> TakeSpeed();
+  std::optional<Speed> ClaimSpeed();
   /// True, once for each answer: new intensities.
-  bool TakeSensed();
+  bool ClaimSensed();
   /// A whole frame to the server, to be written at once; empty: none.
-  std::vector<uint8_t> TakeFrame();
+  std::vector<uint8_t> ClaimFrame();
   void OnFrameSent() { board_.OnTransmitted(); }
 
   const client::Conversation& conversation() const { return robot_.conversation(); }

@@ -33,10 +33,10 @@ struct World {
         robot.OnOdometry(*odometry, now_ms);
       }
       robot.Step(now_ms);
-      if (const auto speed = robot.TakeSpeed()) {
+      if (const auto speed = robot.ClaimSpeed()) {
         speeds.push_back(*speed);
       }
-      if (!robot.TakeFrame().empty()) {
+      if (!robot.ClaimFrame().empty()) {
         robot.OnFrameSent();
       }
     }
@@ -53,20 +53,20 @@ TEST(PlanePose, ComposeAndInverseAreThoseOfMatrices) {
   const PlanePose ab = Compose(a, b);
   EXPECT_NEAR(ab.x_m, 1 - 1, 1e-12);  // a turns (3, 1) into (-1, 3)
   EXPECT_NEAR(ab.y_m, 2 + 3, 1e-12);
-  EXPECT_NEAR(ab.yaw, 3 * kPi / 4, 1e-12);
+  EXPECT_NEAR(ab.heading_rad, 3 * kPi / 4, 1e-12);
   const PlanePose one = Compose(Inverse(a), a);
   EXPECT_NEAR(one.x_m, 0, 1e-12);
   EXPECT_NEAR(one.y_m, 0, 1e-12);
-  EXPECT_NEAR(one.yaw, 0, 1e-12);
+  EXPECT_NEAR(one.heading_rad, 0, 1e-12);
 }
 
 TEST(PlanePose, AnglesBecomeBinary) {
-  EXPECT_EQ(ToClientPose({1.2345, -2, kPi / 2})->heading, 0x4000);
-  EXPECT_EQ(ToClientPose({1.2344, -2, -kPi / 2})->x_mm, 1234);
-  EXPECT_EQ(ToClientPose({0, 0, -kPi / 2})->heading, 0xC000);
-  EXPECT_EQ(ToClientPose({0, 0, 7 * kPi})->heading, 0x8000);
-  EXPECT_FALSE(ToClientPose({NAN, 0, 0}));
-  EXPECT_FALSE(ToClientPose({0, 1e6, 0}));
+  EXPECT_EQ(client::ToClientPose({1.2345, -2, kPi / 2}).heading, 0x4000);
+  EXPECT_EQ(client::ToClientPose({1.2344, -2, -kPi / 2}).x_mm, 1234);
+  EXPECT_EQ(client::ToClientPose({0, 0, -kPi / 2}).heading, 0xC000);
+  EXPECT_EQ(client::ToClientPose({0, 0, 7 * kPi}).heading, 0x8000);
+  EXPECT_FALSE(client::IsReportable({NAN, 0, 0}));
+  EXPECT_FALSE(client::IsReportable({0, 1e6, 0}));
 }
 
 TEST(RosRobot, PublishesNothingBeforeAResume) {
@@ -109,6 +109,25 @@ TEST(RosRobot, HaltHoldsUntilAResumeAndDisabledUntilEnabled) {
   EXPECT_NE(world.robot.conversation().state().drive.alarms & client::kStopButtonAlarm, 0);
 }
 
+TEST(RosRobot, AHaltWinsOverAResumeOfTheSameTurn) {
+  for (const bool halt_first : {true, false}) {
+    World world;
+    world.Run(100, PlanePose{});
+    world.robot.Enable(true);
+    world.Run(100, PlanePose{});
+    EXPECT_TRUE(world.robot.released());
+    if (halt_first) {
+      world.robot.Halt();
+      world.robot.Enable(true);
+    } else {
+      world.robot.Enable(true);
+      world.robot.Halt();
+    }
+    world.Run(100, PlanePose{});
+    EXPECT_FALSE(world.robot.released());
+  }
+}
+
 TEST(RosRobot, StandsAtOnceWhenOdometryIsOld) {
   World world;
   world.Run(100, PlanePose{});
@@ -127,7 +146,10 @@ TEST(RosRobot, StandsAtOnceWhenOdometryIsOld) {
 TEST(RosRobot, StartPoseIsWhereOdometryBegan) {
   World world;
   world.Run(100, PlanePose{10, 20, kPi / 2});
-  world.Run(40, PlanePose{10, 20.25, kPi});  // 0.25 m ahead, and a left turn
+  for (const double turn : {0.25, 0.5, 0.75, 1.0}) {  // 0.25 m ahead, and a left turn
+    world.Run(40, PlanePose{10, 20.25, (1 + turn) * kPi / 2});
+  }
+  EXPECT_EQ(world.robot.conversation().state().flags & client::kPoseLost, 0);
   const client::Pose pose = world.robot.pose();
   EXPECT_NEAR(pose.x_mm, 5000, 1);
   EXPECT_NEAR(pose.y_mm, 3250, 1);
@@ -143,6 +165,33 @@ TEST(RosRobot, OdometryThatJumpsLosesThePoseAndHalts) {
   world.Run(100, PlanePose{0, 0, 0});  // the base was restarted
   EXPECT_FALSE(world.robot.released());
   EXPECT_NE(world.robot.conversation().state().flags & client::kPoseLost, 0);
+}
+
+// A base that restarts takes half a minute, and begins at 0 again.
+TEST(RosRobot, OdometryThatReturnsElsewhereLosesThePoseHoweverLongItWasAway) {
+  for (const PlanePose& before : {PlanePose{4, 0, 0}, PlanePose{0, 0, 3}}) {
+    for (const int64_t away_ms : {int64_t{0}, int64_t{500}, int64_t{30'000}}) {
+      World world;
+      world.Run(100, before);
+      world.robot.Enable(true);
+      world.Run(100, before);
+      world.Run(away_ms, std::nullopt);
+      world.Run(100, PlanePose{});
+      EXPECT_FALSE(world.robot.released()) << away_ms;
+      EXPECT_NE(world.robot.conversation().state().flags & client::kPoseLost, 0) << away_ms;
+    }
+  }
+}
+
+TEST(RosRobot, OdometryThatReturnsWhereItWasKeepsThePose) {
+  World world;
+  world.Run(100, PlanePose{4, 0, 3});
+  world.robot.Enable(true);
+  world.Run(100, PlanePose{4, 0, 3});
+  world.Run(30'000, std::nullopt);
+  world.Run(100, PlanePose{4.5, 0, -3});  // it coasted meanwhile
+  EXPECT_TRUE(world.robot.released());
+  EXPECT_EQ(world.robot.conversation().state().flags & client::kPoseLost, 0);
 }
 
 TEST(RosRobot, MapPoseIsTheTransformTimesOdometry) {

@@ -6,13 +6,13 @@
 
 #include <boost/json/array.hpp>
 
+#include "client_fw/ros2/state_style.h"
 #include "server/operators/ctl/json_read.h"
 
 namespace pheromone::ros2 {
 namespace {
 
 namespace json = boost::json;
-using Color = std_msgs_msg_dds__ColorRGBA_;
 
 // Types of visualization_msgs/Marker.
 constexpr int32_t kArrow = 0;
@@ -24,23 +24,6 @@ constexpr int32_t kText = 9;
 constexpr double kRadPerDegree = std::numbers::pi / 180;
 constexpr double kTrailStepM = 0.02;
 constexpr size_t kTrailPoints = 500;
-
-// Okabe and Ito's colours, which colour-blind people tell apart.
-constexpr Color kBlue = {0.0f, 0.45f, 0.7f, 1};
-constexpr Color kGreen = {0.0f, 0.62f, 0.45f, 1};
-constexpr Color kOrange = {0.9f, 0.62f, 0.0f, 1};
-constexpr Color kVermilion = {0.84f, 0.37f, 0.0f, 1};
-constexpr Color kGrey = {0.5f, 0.5f, 0.5f, 1};
-
-Color ColorOf(const std::string& state) {
-  if (state == "driving" || state == "going to its goal") {
-    return kGreen;
-  }
-  if (state == "alarm" || state == "refused" || state == "silent") {
-    return kVermilion;
-  }
-  return state == "trail lost" || state == "off the map" ? kOrange : kGrey;
-}
 
 }  // namespace
 
@@ -98,7 +81,7 @@ void Scene::AddRobot(const json::value& client) {
   const Point at{ctl::NumberAt(pose, "x_m"), ctl::NumberAt(pose, "y_m"), 0};
   const double yaw = ctl::NumberAt(pose, "heading_deg") * kRadPerDegree;
 
-  Marker* arrow = Add("robots", id, kArrow, ColorOf(state));
+  Marker* arrow = Add("robots", id, kArrow, StyleOf(state).color);
   arrow->pose = {at, ToQuaternion(yaw)};
   arrow->scale = {0.3, 0.08, 0.08};
 
@@ -120,7 +103,7 @@ void Scene::AddRobot(const json::value& client) {
     trail.erase(trail.begin());
   }
   if (trail.size() > 1) {
-    Marker* line = Add("trails", id, kLineStrip, ColorOf(state));
+    Marker* line = Add("trails", id, kLineStrip, StyleOf(state).color);
     line->scale.x = 0.02;
     PointAt(&line->points, &trail);
   }

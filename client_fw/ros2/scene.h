@@ -34,14 +34,14 @@ class Scene {
  private:
   using Point = geometry_msgs_msg_dds__Point_;
   using Marker = visualization_msgs_msg_dds__Marker_;
-  using Color = std_msgs_msg_dds__ColorRGBA_;
   struct Tag {
     std::string name;
     Point at;
   };
 
   /// A new marker, valid until the next.
-  Marker* Add(const std::string& kind, int32_t id, int32_t type, const Color& color);
+  Marker* Add(const std::string& kind, int32_t id, int32_t type,
+              const std_msgs_msg_dds__ColorRGBA_& color);
   void AddLabel(const std::string& kind, int32_t id, const Point& at, std::string text);
   void AddRobot(const boost::json::value& client);
   std::string* Keep(std::string text);

@@ -10,12 +10,15 @@
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
 
-#include "client_fw/attach/reporter.h"
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/ros2/diagnostics.h"
+#include "client_fw/ros2/state_style.h"
 #include "client_fw/ros2/text.h"
+#include "server/base/percent.h"
+#include "server/base/say_line.h"
 #include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/server_call.h"
 
@@ -29,31 +32,8 @@ constexpr int64_t kTurnMs = 200;
 constexpr int64_t kDiagnosticTurns = 5;  // once a second
 constexpr int64_t kLawTurns = 25;        // what the map has is asked again every five seconds
 constexpr size_t kMaxOrders = 100;
+constexpr char kHalt[] = "halt";
 constexpr uint32_t kMaxPathPoints = 1024;
-
-// Below /pheromone, other topics have these names.
-std::string TopicOf(const std::string& pheromone) {
-  const std::string name = ToRosName(pheromone);
-  const bool taken = name == "obstacles" || name == "markers" || name == "halt";
-  return "/pheromone/" + name + (taken ? "_" : "");
-}
-
-// Percent-encoded, as a value in a query.
-std::string Encoded(const std::string& text) {
-  std::string encoded;
-  for (const char c : text) {
-    encoded += fmt::format("%{:02X}", static_cast<unsigned char>(c));
-  }
-  return encoded;
-}
-
-Health HealthOf(const std::string& state) {
-  if (state == "silent" || state == "alarm" || state == "refused") {
-    return Health::kError;
-  }
-  const bool good = state == "driving" || state == "going to its goal" || state == "at its goal";
-  return good ? Health::kOk : Health::kWarning;
-}
 
 std::string NameOf(const json::value& client) {
   return ctl::TextAt(client, "link") + "/" + std::to_string(ctl::CountAt(client, "id"));
@@ -91,13 +71,22 @@ ServerThread::~ServerThread() {
 void ServerThread::Send(const std::string& name, const std::string& target,
                         const std::string& body) {
   const std::lock_guard lock(mutex_);
-  if (orders_.size() >= kMaxOrders) {
-    attach::SayLine(NowMs(), name + ": dropped, the server is behind with orders");
-    return;
-  }
   Order order{name, target, body};
-  name == "halt" ? orders_.push_front(std::move(order)) : orders_.push_back(std::move(order));
+  if (name == kHalt) {
+    if (orders_.empty() || orders_.front().name != kHalt) {
+      orders_.push_front(std::move(order));
+    }
+  } else if (orders_.size() < kMaxOrders) {
+    orders_.push_back(std::move(order));
+  } else {
+    SayLine(NowMs(), fmt::format("{}: dropped, {} orders wait for the server", name, kMaxOrders));
+  }
   wake_.notify_all();
+}
+
+bool ServerThread::IsEnding() {
+  const std::lock_guard lock(mutex_);
+  return ending_;
 }
 
 // True when it is time to end.
@@ -117,10 +106,11 @@ void ServerThread::Run() {
   int64_t due_ms = 0;
   for (;;) {
     const int64_t now_ms = NowMs();
-    if (Wait(std::max<int64_t>(0, due_ms - now_ms))) {
+    const bool ending = Wait(std::max<int64_t>(0, due_ms - now_ms));
+    SendOrders();
+    if (ending) {
       return;
     }
-    SendOrders();
     const int64_t begin_ms = NowMs();
     if (begin_ms < due_ms) {
       continue;
@@ -136,6 +126,11 @@ void ServerThread::SendOrders() {
     Order order;
     {
       const std::lock_guard lock(mutex_);
+      if (ending_ && !orders_.empty() && orders_.front().name != kHalt) {
+        SayLine(NowMs(), fmt::format("dropped at the end: {} orders to the server, the first is {}",
+                                     orders_.size(), orders_.front().name));
+        orders_.clear();
+      }
       if (orders_.empty()) {
         return;
       }
@@ -144,32 +139,36 @@ void ServerThread::SendOrders() {
     }
     const ctl::Reply reply = ctl::Ask({.socket = options_.socket, .patience = kPatience}, "POST",
                                       order.target, order.body);
-    attach::SayLine(NowMs(), order.name + ": " + (reply.exit_status == 0 ? "done" : reply.error));
+    SayLine(NowMs(), order.name + ": " + (reply.exit_status == 0 ? "done" : reply.error));
   }
 }
 
 std::optional<json::value> ServerThread::Ask(const std::string& target) {
-  Result<json::value> answer =
-      ctl::AskJson({.socket = options_.socket, .patience = kPatience}, "GET", target);
-  if (!answer.ok()) {
-    trouble_ = answer.error();
+  SendOrders();
+  if (is_unreachable_ || IsEnding()) {
     return std::nullopt;
   }
-  return std::move(answer).value();
+  const ctl::Reply reply =
+      ctl::Ask({.socket = options_.socket, .patience = kPatience}, "GET", target);
+  boost::system::error_code malformed;
+  json::value answer = reply.exit_status == 0 ? json::parse(reply.body, malformed) : nullptr;
+  if (reply.exit_status == 0 && !malformed) {
+    return answer;
+  }
+  // What one request is refused for, others are not: pheromones come and go.
+  is_unreachable_ = reply.exit_status == ctl::kNoServer;
+  trouble_ = malformed ? "the server's answer is not JSON: " + malformed.message() : reply.error;
+  return std::nullopt;
 }
 
 void ServerThread::AddLayer(const std::string& pheromone) {
-  std::string topic = pheromone.empty() ? "/pheromone/obstacles" : TopicOf(pheromone);
-  auto found = layers_.find(topic);
-  while (found != layers_.end() && found->second.pheromone != pheromone) {
-    topic += '_';  // "a-b" and "a b" are both a_b
-    found = layers_.find(topic);
-  }
-  if (found != layers_.end()) {
+  const auto [found, is_new] = layers_.try_emplace(pheromone);
+  if (!is_new) {
     return;
   }
-  Layer& layer = layers_[topic];
-  layer.pheromone = pheromone;
+  const std::string topic = pheromone.empty() ? std::string(ros::kObstaclesTopic)
+                                              : "/pheromone/" + names_.PartOf(pheromone);
+  Layer& layer = found->second;
   layer.publisher = node_->Advertise<OccupancyGrid>(topic, Quality::kLatched);
   if (!pheromone.empty() && options_.allowed.deposit) {
     layer.deposit = node_->Subscribe<PointStamped>(topic + "/deposit", Quality::kMany);
@@ -179,26 +178,42 @@ void ServerThread::AddLayer(const std::string& pheromone) {
   }
 }
 
+void ServerThread::DropLayers(const std::set<std::string>& pheromones) {
+  std::erase_if(layers_, [&](const auto& it) {
+    const auto& [pheromone, layer] = it;
+    if (pheromone.empty() || pheromones.contains(pheromone)) {
+      return false;
+    }
+    node_->Withdraw(layer.publisher);
+    node_->Withdraw(layer.deposit);
+    node_->Withdraw(layer.paint);
+    return true;
+  });
+}
+
 void ServerThread::FindLayers() {
   const std::optional<json::value> laws = Ask("/api/v1/laws");
   if (!laws) {
     return;
   }
   scene_.SetLaws(*laws);
+  std::set<std::string> pheromones;
   for (const json::value& law : ctl::ItemsAt(*laws, "pheromones")) {
     if (ctl::At(law, "blend").is_null()) {  // a blend has no content
+      pheromones.insert(ctl::TextAt(law, "name"));
       AddLayer(ctl::TextAt(law, "name"));
     }
   }
+  DropLayers(pheromones);
   if (const std::optional<json::value> tags = Ask("/api/v1/tags")) {
     scene_.SetTags(*tags);
   }
 }
 
-void ServerThread::PublishLayer(Layer* layer) {
+void ServerThread::PublishLayer(const std::string& pheromone, Layer* layer) {
   const std::optional<json::value> raster =
-      Ask(layer->pheromone.empty() ? "/api/v1/obstacles"
-                                   : "/api/v1/field?pheromone=" + Encoded(layer->pheromone));
+      Ask(pheromone.empty() ? "/api/v1/obstacles"
+                            : "/api/v1/field?pheromone=" + PercentEncode(pheromone));
   if (!raster) {
     return;
   }
@@ -221,22 +236,23 @@ bool ServerThread::IsOnMap(const Header& header, const std::string& what) {
   if (frame == options_.map_frame) {
     return true;
   }
-  attach::SayLine(
-      NowMs(), fmt::format("{}: frame \"{}\", expected \"{}\"", what, frame, options_.map_frame));
+  SayLine(NowMs(),
+          fmt::format("{}: frame \"{}\", expected \"{}\"", what, frame, options_.map_frame));
   return false;
 }
 
-void ServerThread::TakeOrders(Layer* layer) {
-  layer->deposit.Take([&](const PointStamped& message) {
-    if (IsOnMap(message.header, "deposit") && std::isfinite(message.point.x) &&
-        std::isfinite(message.point.y)) {
+void ServerThread::ReceiveOrders(const std::string& pheromone, Layer* layer) {
+  layer->deposit.Receive([&](const PointStamped& message) {
+    if (!std::isfinite(message.point.x) || !std::isfinite(message.point.y)) {
+      SayLine(NowMs(), fmt::format("deposit: x {}, y {}, expected finite ones", message.point.x,
+                                   message.point.y));
+    } else if (IsOnMap(message.header, "deposit")) {
       Send("deposit", "/api/v1/deposit",
-           json::serialize(json::object{{"pheromone", layer->pheromone},
-                                        {"x_m", message.point.x},
-                                        {"y_m", message.point.y}}));
+           json::serialize(json::object{
+               {"pheromone", pheromone}, {"x_m", message.point.x}, {"y_m", message.point.y}}));
     }
   });
-  layer->paint.Take([&](const Path& message) {
+  layer->paint.Receive([&](const Path& message) {
     json::array points;
     bool good = message.poses._length > 0 && message.poses._length <= kMaxPathPoints;
     for (uint32_t i = 0; good && i < message.poses._length; ++i) {
@@ -245,13 +261,12 @@ void ServerThread::TakeOrders(Layer* layer) {
       points.push_back({at.x, at.y});
     }
     if (!good) {
-      attach::SayLine(NowMs(),
-                      fmt::format("paint: a path of {} poses, expected 1 to {} finite ones",
-                                  message.poses._length, kMaxPathPoints));
+      SayLine(NowMs(), fmt::format("paint: a path of {} poses, expected 1 to {} finite ones",
+                                   message.poses._length, kMaxPathPoints));
     } else if (IsOnMap(message.header, "paint")) {
-      Send("paint", "/api/v1/paint",
-           json::serialize(
-               json::object{{"pheromone", layer->pheromone}, {"points_m", std::move(points)}}));
+      Send(
+          "paint", "/api/v1/paint",
+          json::serialize(json::object{{"pheromone", pheromone}, {"points_m", std::move(points)}}));
     }
   });
 }
@@ -273,7 +288,7 @@ void ServerThread::PublishFrames(const json::value& clients) {
     const PlanePose frame = Compose(map, Inverse(*robot->odometry));
     frames.push_back({MakeHeader(options_.map_frame),
                       Text(robot->odometry_frame),
-                      {{frame.x_m, frame.y_m, 0}, ToQuaternion(frame.yaw)}});
+                      {{frame.x_m, frame.y_m, 0}, ToQuaternion(frame.heading_rad)}});
   }
   if (!frames.empty()) {
     TFMessage message{};
@@ -317,7 +332,7 @@ void ServerThread::PublishDiagnostics(const json::value& clients) {
     const json::value& state = ctl::At(client, "state");
     const std::string is = ctl::TextAt(state, "is");
     const std::string reason = ctl::TextAt(state, "reason");
-    diagnostics.Add(HealthOf(is), "pheromone: robot " + NameOf(client),
+    diagnostics.Add(StyleOf(is).health, "pheromone: robot " + NameOf(client),
                     is + (reason.empty() ? "" : ": " + reason),
                     {{"follows", ctl::TextAt(client, "follows")}});
   }
@@ -325,28 +340,33 @@ void ServerThread::PublishDiagnostics(const json::value& clients) {
 }
 
 void ServerThread::Turn(int64_t turn) {
+  const bool had_trouble = !trouble_.empty();
   trouble_.clear();
+  is_unreachable_ = false;
   json::value clients;
   if (!options_.socket.empty()) {
-    if (turn % kLawTurns == 0 || layers_.size() == 1) {
+    const bool asks_for_laws = turn % kLawTurns == 0 || layers_.size() == 1 || had_trouble;
+    if (asks_for_laws) {
       FindLayers();
     }
-    for (auto& [topic, layer] : layers_) {
-      if (trouble_.empty()) {  // otherwise each would wait for a server that does not answer
-        PublishLayer(&layer);
+    for (auto& [pheromone, layer] : layers_) {
+      if (asks_for_laws || !pheromone.empty()) {  // obstacles change with a new configuration only
+        PublishLayer(pheromone, &layer);
       }
-      TakeOrders(&layer);
+      ReceiveOrders(pheromone, &layer);
     }
-    if (std::optional<json::value> answer =
-            trouble_.empty() ? Ask("/api/v1/clients") : std::nullopt) {
+    if (std::optional<json::value> answer = Ask("/api/v1/clients")) {
       clients = std::move(*answer);
       scene_.Publish(clients, markers_);
       if (frames_.exists()) {
         PublishFrames(clients);
       }
     }
+    if (IsEnding()) {
+      return;  // what was not asked is no trouble
+    }
     if (trouble_ != said_) {
-      attach::SayLine(NowMs(), "server: " + (trouble_.empty() ? "answers" : trouble_));
+      SayLine(NowMs(), "server: " + (trouble_.empty() ? "answers" : trouble_));
       said_ = trouble_;
     }
   }

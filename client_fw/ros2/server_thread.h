@@ -7,7 +7,8 @@
 //   server.Send("halt", "/api/v1/halt", "{}");
 //
 // Without a socket it publishes the diagnostics of robots only. A map is published when it has
-// changed, at most five times a second, and a quarter of the time is spent on asking at most.
+// changed, at most five times a second, obstacles once in five seconds, and a quarter of the time is
+// spent on asking at most. Orders wait for one request at most.
 #pragma once
 
 #include <condition_variable>
@@ -17,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -28,6 +30,7 @@
 #include "client_fw/ros2/options.h"
 #include "client_fw/ros2/robot_report.h"
 #include "client_fw/ros2/scene.h"
+#include "server/formats/ros/names.h"
 
 namespace pheromone::ros2 {
 
@@ -35,12 +38,14 @@ class ServerThread {
  public:
   /// All outlive it.
   ServerThread(Node* node, const BridgeOptions& options, const RobotReports* reports);
-  /// Ends when the request under way has, in kPatience at most.
+  /// Ends after the request under way and a halt that waits, each kPatience at most. Other orders
+  /// that wait are dropped, and a line says so.
   ~ServerThread();
   ServerThread(const ServerThread&) = delete;
   ServerThread& operator=(const ServerThread&) = delete;
 
-  /// An order, of which a line tells how it ended. "halt" overtakes others. Any thread.
+  /// An order, of which a line tells how it ended. "halt" overtakes others, and one that waits
+  /// stands for the next. Any thread.
   void Send(const std::string& name, const std::string& target, const std::string& body);
 
  private:
@@ -50,7 +55,6 @@ class ServerThread {
     std::string body;
   };
   struct Layer {
-    std::string pheromone;  // empty: obstacles
     Publisher<OccupancyGrid> publisher;
     std::optional<Grid> last;
     Subscription<PointStamped> deposit;
@@ -58,16 +62,19 @@ class ServerThread {
   };
 
   int64_t NowMs() const;  // since the start
+  bool IsEnding();
   void Run();
   bool Wait(int64_t ms);
   void SendOrders();
   void Turn(int64_t turn);
-  /// Nothing, with the reason noted, if there is no such answer.
+  /// Sends orders, then asks. Nothing if there is no such answer, with the reason noted.
   std::optional<boost::json::value> Ask(const std::string& target);
   void FindLayers();
   void AddLayer(const std::string& pheromone);
-  void PublishLayer(Layer* layer);
-  void TakeOrders(Layer* layer);
+  /// Ends those of pheromones that the server does not have any more.
+  void DropLayers(const std::set<std::string>& pheromones);
+  void PublishLayer(const std::string& pheromone, Layer* layer);
+  void ReceiveOrders(const std::string& pheromone, Layer* layer);
   bool IsOnMap(const Header& header, const std::string& what);
   void PublishFrames(const boost::json::value& clients);
   void PublishDiagnostics(const boost::json::value& clients);
@@ -83,9 +90,11 @@ class ServerThread {
   bool ending_ = false;
 
   // The thread's own.
-  std::map<std::string, Layer> layers_;  // by topic
+  ros::TopicNames names_ = ros::PheromoneNames();
+  std::map<std::string, Layer> layers_;  // by pheromone; "": obstacles
   Scene scene_;
-  std::string trouble_;  // why the server did not answer last; empty: it did
+  std::string trouble_;          // why the server did not answer last; empty: it did
+  bool is_unreachable_ = false;  // and will not answer anything else in this turn
   std::string said_;
   Publisher<MarkerArray> markers_;
   Publisher<DiagnosticArray> diagnostics_;

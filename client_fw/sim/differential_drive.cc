@@ -32,10 +32,6 @@ PlanePose MoveOnArc(const PlanePose& pose, double left_m, double right_m, double
           pose.heading_rad + turn};
 }
 
-client::Pose ToClientPose(const PlanePose& pose) {
-  return {Millimetres(pose.x_m), Millimetres(pose.y_m), HeadingIn(pose.heading_rad, 65536)};
-}
-
 DifferentialDrive::DifferentialDrive(const DriveConfig& config, const PlanePose& start)
     : config_(config), pose_(start) {}
 

@@ -11,18 +11,15 @@
 #include <cstdint>
 #include <functional>
 
+#include "client_fw/boards/host/plane_pose.h"
 #include "client_fw/core/base/angle.h"
 #include "client_fw/core/steering/drive_status.h"
 #include "client_fw/core/steering/steering.h"
 
 namespace pheromone::sim {
 
-/// A true pose. The heading is not reduced to a turn.
-struct PlanePose {
-  double x_m = 0;
-  double y_m = 0;
-  double heading_rad = 0;
-};
+using client::PlanePose;
+using client::ToClientPose;
 
 /// Whether an obstacle blocks the robot at this position.
 using Blocked = std::function<bool(const PlanePose&)>;
@@ -39,9 +36,6 @@ struct DriveConfig {
 
 /// `pose` after its wheels rolled `left_m` and `right_m` along an arc.
 PlanePose MoveOnArc(const PlanePose& pose, double left_m, double right_m, double wheelbase_m);
-
-/// To the nearest millimetre and binary angle.
-client::Pose ToClientPose(const PlanePose& pose);
 
 class DifferentialDrive {
  public:

@@ -70,17 +70,17 @@ void ExpectAccurate(const Errors& errors, int pictures, double most_mm) {
 // Two cables hide parts of some tags; these may be missed.
 TEST(AccuracyTest, TwelveRobotsAreWithinFiveMillimetresAndOneDegree) {
   Renderer renderer(CameraOfTheScene(), FloorOfTheScene(), CablesOfTheScene(), {});
-  ExpectAccurate(ErrorsOf(&renderer, LensOfTheScene(), 4), 4, 5);
+  ExpectAccurate(ErrorsOf(&renderer, CameraOfTheScene().lens, 4), 4, 5);
 }
 
 TEST(AccuracyTest, AlsoInABlurredPictureWithMuchNoise) {
   Renderer renderer(CameraOfTheScene(), FloorOfTheScene(), {}, {.noise = 12, .blur_px = 1.4});
-  ExpectAccurate(ErrorsOf(&renderer, LensOfTheScene(), 4), 4, 5);
+  ExpectAccurate(ErrorsOf(&renderer, CameraOfTheScene().lens, 4), 4, 5);
 }
 
 TEST(AccuracyTest, ALensThatIsTakenForAStraightOneShiftsRobots) {
   Renderer renderer(CameraOfTheScene(), FloorOfTheScene(), {}, {});
-  Lens straight = LensOfTheScene();
+  Lens straight = CameraOfTheScene().lens;
   straight.k1 = straight.k2 = 0;
   EXPECT_GT(Median(ErrorsOf(&renderer, straight, 2).millimetres), 10);
 }

@@ -75,15 +75,8 @@ Eigen::VectorXd Misses(std::span<const BoardView> views, Eigen::Index corners,
 // The standard deviation of the first unknown: of the inverse normal matrix.
 double DeviationOfFocal(std::span<const BoardView> views, Eigen::Index corners,
                         const Eigen::VectorXd& x, double rms) {
-  Eigen::MatrixXd slopes(2 * corners, x.size());
-  for (Eigen::Index i = 0; i < x.size(); ++i) {
-    const double width = 1e-6 * std::max(1.0, std::abs(x[i]));
-    Eigen::VectorXd more = x;
-    Eigen::VectorXd less = x;
-    more[i] += width;
-    less[i] -= width;
-    slopes.col(i) = (Misses(views, corners, more) - Misses(views, corners, less)) / (2 * width);
-  }
+  const Eigen::MatrixXd slopes =
+      Jacobian([&](const Eigen::VectorXd& moved) { return Misses(views, corners, moved); }, x);
   Eigen::VectorXd first = Eigen::VectorXd::Zero(x.size());
   first[0] = 1;
   const Eigen::MatrixXd normal = slopes.transpose() * slopes;

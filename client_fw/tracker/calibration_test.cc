@@ -100,13 +100,7 @@ TEST(LensFitTest, FindsTheLensOfRenderedPictures) {
   }
   std::vector<std::string> paths;
   for (const BoardCamera& it : kCameras) {
-    RenderedCamera camera{.width = 640,
-                          .height = 480,
-                          .focal_px = 460,
-                          .centre_x_px = 325,
-                          .centre_y_px = 236,
-                          .k1 = -0.2,
-                          .k2 = 0.04};
+    RenderedCamera camera{.width = 640, .height = 480, .lens = {460, {325, 236}, -0.2, 0.04}};
     camera.x_m = 0.11 + it.x;
     camera.y_m = -0.066 + it.y;
     camera.z_m = it.height;

@@ -14,6 +14,22 @@
 
 namespace pheromone::tracker {
 
+/// The derivatives of residuals by their unknowns, one column for each unknown, from both sides.
+template <typename Residuals>
+Eigen::MatrixXd Jacobian(const Residuals& residuals, const Eigen::VectorXd& x) {
+  Eigen::MatrixXd slopes;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const double width = 1e-6 * std::max(1.0, std::abs(x[i]));
+    Eigen::VectorXd moved = x;
+    moved[i] += width;
+    const Eigen::VectorXd more = residuals(moved);
+    moved[i] -= 2 * width;
+    slopes.conservativeResize(more.size(), x.size());
+    slopes.col(i) = (more - residuals(moved)) / (2 * width);
+  }
+  return slopes;
+}
+
 /// Improves `x` until the sum of squares changes by less than a billionth of itself, in at most 60
 /// steps. Returns the root of the mean square of what is left. Residuals that are not finite, such
 /// as those of a point behind the camera, reject a step; at the start they make the result
@@ -29,15 +45,7 @@ double Minimise(const Residuals& residuals, Eigen::VectorXd* x) {
   }
   double damping = 1e-3;
   for (int step = 0; step < kMaxSteps && damping < kMaxDamping; ++step) {
-    Eigen::MatrixXd slopes(left.size(), x->size());
-    for (Eigen::Index i = 0; i < x->size(); ++i) {
-      const double width = 1e-6 * std::max(1.0, std::abs((*x)[i]));
-      Eigen::VectorXd moved = *x;
-      moved[i] += width;
-      slopes.col(i) = residuals(moved);
-      moved[i] -= 2 * width;
-      slopes.col(i) = (slopes.col(i) - residuals(moved)) / (2 * width);
-    }
+    const Eigen::MatrixXd slopes = Jacobian(residuals, *x);
     const Eigen::MatrixXd normal = slopes.transpose() * slopes;
     const Eigen::VectorXd down = slopes.transpose() * left;
     bool better = false;

@@ -32,21 +32,17 @@
 #include "client_fw/tracker/tracking.h"
 #include "server/base/command_line.h"
 #include "server/base/file.h"
+#include "server/base/number_check.h"
 #include "server/base/program.h"
+#include "server/base/say_line.h"
 #include "server/operators/ctl/pdf.h"
 
 namespace pheromone::tracker {
 namespace {
 
-constexpr int kFailed = 1;
-constexpr int kWrongInput = 2;
+constexpr char kProgram[] = "pheromone-tracker";
 constexpr double kSimulatedPeriodS = 0.1;
 constexpr double kDegreesOfRadian = 180 / std::numbers::pi;
-
-int Fail(const std::string& message, int status) {
-  fmt::print(stderr, "pheromone-tracker: {}\n", message);
-  return status;
-}
 
 struct Options {
   std::string config;
@@ -137,9 +133,8 @@ Status Follow(const Options& options, Input* input) {
   std::string trouble;
   const auto report = [&] {
     const double now = Now();
-    fmt::print("{:6.1f} s  {}{}\n", now - start, figures.Line(now - since),
-               trouble.empty() ? "" : "; " + trouble);
-    std::fflush(stdout);
+    SayLine(std::llround(1000 * (now - start)),
+            figures.Line(now - since) + (trouble.empty() ? "" : "; " + trouble));
     figures.Clear();
     trouble.clear();
     since = now;
@@ -156,7 +151,7 @@ Status Follow(const Options& options, Input* input) {
       break;
     }
     const double begin = ProcessorSeconds();
-    const View view = tracking.Look(detector.Detect(*picture));
+    const View view = tracking.Locate(detector.Detect(*picture));
     figures.Add(view, ProcessorSeconds() - begin);
     for (const SeenRobot& it : view.seen) {
       for (size_t i = 0; input->swarm && i < input->settings.robots.size(); ++i) {
@@ -183,15 +178,15 @@ Status Follow(const Options& options, Input* input) {
 int Run(const Options& options) {
   Input input;
   if (const Status opened = Open(options, true, &input); !opened.ok()) {
-    return Fail(opened.error(), kWrongInput);
+    return Fail(kProgram, opened.error(), kWrongInput);
   }
   const Status followed = Follow(options, &input);
-  return followed.ok() ? 0 : Fail(followed.error(), kFailed);
+  return followed.ok() ? 0 : Fail(kProgram, followed.error(), kFailed);
 }
 
 // How far each is from where it should be: one that was measured wrong stands out.
-void TellFloorTags(const Settings& settings, const Camera& camera,
-                   const std::vector<Detection>& found) {
+void PrintFloorTags(const Settings& settings, const Camera& camera,
+                    const std::vector<Detection>& found) {
   for (const FloorTag& it : settings.floor) {
     for (const Detection& tag : found) {
       const auto pose =
@@ -211,29 +206,29 @@ void TellFloorTags(const Settings& settings, const Camera& camera,
 int Check(const Options& options) {
   Input input;
   if (Status opened = Open(options, true, &input); !opened.ok()) {
-    return Fail(opened.error(), kWrongInput);
+    return Fail(kProgram, opened.error(), kWrongInput);
   }
   const auto picture = input.next();
   if (!picture.ok()) {
-    return Fail(picture.error(), kFailed);
+    return Fail(kProgram, picture.error(), kFailed);
   }
   const std::vector<Detection> found = Detector().Detect(*picture.value());
-  const View view = Tracking(input.settings).Look(found);
+  const View view = Tracking(input.settings).Locate(found);
   if (!options.out.empty()) {
     const auto svg = AnnotatedSvg(*picture.value(), input.settings, view);
     const Status written = svg.ok() ? WriteFile(options.out, svg.value()) : svg.error();
     if (!written.ok()) {
-      return Fail(written.error(), kFailed);
+      return Fail(kProgram, written.error(), kFailed);
     }
   }
   if (!view.camera) {
-    return Fail(view.why_no_camera, kFailed);
+    return Fail(kProgram, view.why_no_camera, kFailed);
   }
   const Eigen::Vector3d place = view.camera->camera.place();
   fmt::print("camera  at x {:.3f}, y {:.3f}, {:.3f} m high; floor tags {} of {}, {:.2f} px\n",
              place.x(), place.y(), place.z(), view.floor_seen.size(), input.settings.floor.size(),
              view.camera->rms_px);
-  TellFloorTags(input.settings, view.camera->camera, found);
+  PrintFloorTags(input.settings, view.camera->camera, found);
   for (const SeenRobot& it : view.seen) {
     fmt::print("{} {}  x {:.3f}, y {:.3f}, {:.1f} degrees; edge {:.4f} m, {:.2f} px\n",
                it.robot.link, it.robot.id, it.place.x(), it.place.y(),
@@ -251,18 +246,18 @@ int Check(const Options& options) {
 int Photograph(const Options& options) {
   Input input;
   if (const Status opened = Open(options, false, &input); !opened.ok()) {
-    return Fail(opened.error(), kWrongInput);
+    return Fail(kProgram, opened.error(), kWrongInput);
   }
   const auto picture = input.next();
   const auto png = picture.ok() ? EncodePng(*picture.value()) : picture.error();
   const Status written = png.ok() ? WriteFile(options.out, png.value()) : png.error();
-  return written.ok() ? 0 : Fail(written.error(), kFailed);
+  return written.ok() ? 0 : Fail(kProgram, written.error(), kFailed);
 }
 
 int Calibrate(const Options& options) {
   const auto found = FitLensOfFiles(Board(), options.pictures);
   if (!found.ok()) {
-    return Fail(found.error(), kWrongInput);
+    return Fail(kProgram, found.error(), kWrongInput);
   }
   const auto& [fit, width, height, used] = found.value();
   fmt::print(
@@ -288,7 +283,7 @@ Status WriteSheet(const Options& options, const std::string& name, const std::st
 int Print(const Options& options) {
   const auto settings = LoadSettings(options.config);
   if (!settings.ok()) {
-    return Fail(settings.error(), kWrongInput);
+    return Fail(kProgram, settings.error(), kWrongInput);
   }
   std::vector<std::pair<std::string, std::string>> sheets = {{"board", BoardSheet(Board())}};
   for (const FloorTag& it : settings.value().floor) {
@@ -307,22 +302,11 @@ int Print(const Options& options) {
   std::filesystem::create_directories(options.out, error);
   for (const auto& [name, svg] : sheets) {
     if (const Status written = WriteSheet(options, name, svg); !written.ok()) {
-      return Fail(written.error(), kFailed);
+      return Fail(kProgram, written.error(), kFailed);
     }
   }
   fmt::print("{} sheets in {}\n", sheets.size(), options.out);
   return 0;
-}
-
-// Unlike CLI::Range, it rejects "nan".
-CLI::Validator NumberFrom(double least, double most) {
-  return {[least, most](const std::string& text) {
-            double value = 0;
-            return CLI::detail::lexical_cast(text, value) && value >= least && value <= most
-                       ? std::string()
-                       : fmt::format("{} is not a number from {} to {}", text, least, most);
-          },
-          fmt::format("{} to {}", least, most)};
 }
 
 void AddConfig(CLI::App* command, Options* options) {
@@ -333,10 +317,10 @@ void AddSimulation(CLI::App* command, Options* options) {
   auto* const simulate = command->add_flag("--simulate", options->simulate,
                                            "Render the pictures, of robots on an ellipse");
   command->add_option("--noise", options->noise, "Noise of rendered pictures, levels of 255")
-      ->check(NumberFrom(0, 100))
+      ->check(Number(0, 100))
       ->needs(simulate);
   command->add_option("--blur", options->blur_px, "Blur of rendered pictures, pixels")
-      ->check(NumberFrom(0, 3))
+      ->check(Number(0, 3))
       ->needs(simulate);
 }
 
@@ -344,7 +328,7 @@ int Main(int argc, char** argv) {
   Options options;
   int status = 0;
   CLI::App app{"Tells a pheromone server where robots are, as a camera above them sees their tags.",
-               "pheromone-tracker"};
+               kProgram};
   Standardise(&app);
   app.set_version_flag("--version", "pheromone-tracker " PHEROMONE_VERSION);
   app.require_subcommand(1);
@@ -384,9 +368,9 @@ int Main(int argc, char** argv) {
   run->get_option("--simulate")->excludes(files);
   run->add_option("--count", options.count, "End after so many pictures")
       ->check(CLI::Range(1, 1'000'000'000));
-  run->add_option("--seconds", options.seconds, "End after this time")->check(NumberFrom(0.1, 1e7));
+  run->add_option("--seconds", options.seconds, "End after this time")->check(Number(0.1, 1e7));
   run->add_option("--status", options.status_s, "Print a line every so many seconds (default: 10)")
-      ->check(NumberFrom(0.1, 1e7));
+      ->check(Number(0.1, 1e7));
   run->callback([&] { status = Run(options); });
   try {
     app.parse(argc, argv);
@@ -400,6 +384,6 @@ int Main(int argc, char** argv) {
 }  // namespace pheromone::tracker
 
 int main(int argc, char** argv) {
-  return pheromone::RunProgram("pheromone-tracker",
+  return pheromone::RunProgram(pheromone::tracker::kProgram,
                                [&] { return pheromone::tracker::Main(argc, argv); });
 }

@@ -33,14 +33,13 @@ float TextureAt(float x_m, float y_m) {
 }
 
 // How far from the axis a ray is that the lens bends to `bent`: by halving, since it grows with it.
-double StraightRadius(const RenderedCamera& camera, double bent) {
+double StraightRadius(const Lens& lens, double bent) {
   double low = 0;
   double high = 4 * bent + 1e-9;
   for (int i = 0; i < 60; ++i) {
     const double middle = (low + high) / 2;
     const double square = middle * middle;
-    (middle + camera.k1 * square * middle + camera.k2 * square * square * middle < bent ? low
-                                                                                        : high) =
+    (middle + lens.k1 * square * middle + lens.k2 * square * square * middle < bent ? low : high) =
         middle;
   }
   return low;
@@ -60,22 +59,23 @@ Renderer::Renderer(const RenderedCamera& camera, std::span<const RenderedTag> fl
 }
 
 void Renderer::TraceRays() {
-  const double furthest =
-      std::hypot(std::max(camera_.centre_x_px, camera_.width - camera_.centre_x_px),
-                 std::max(camera_.centre_y_px, camera_.height - camera_.centre_y_px)) /
-      camera_.focal_px;
+  const Lens& lens = camera_.lens;
+  const Point& centre = lens.centre_px;
+  const double furthest = std::hypot(std::max(centre.x(), camera_.width - centre.x()),
+                                     std::max(centre.y(), camera_.height - centre.y())) /
+                          lens.focal_px;
   constexpr size_t kSteps = 4096;
   std::vector<double> straight(kSteps + 2);
   for (size_t i = 0; i < straight.size(); ++i) {
-    straight[i] = StraightRadius(camera_, furthest * static_cast<double>(i) / kSteps);
+    straight[i] = StraightRadius(lens, furthest * static_cast<double>(i) / kSteps);
   }
   rays_.reserve(static_cast<size_t>(camera_.width * camera_.height * kSamples));
   for (int pixel = 0; pixel < camera_.width * camera_.height; ++pixel) {
     for (int sample = 0; sample < kSamples; ++sample) {
       const double u = pixel % camera_.width + (sample % kSide + 0.5) / kSide;
       const double v = pixel / camera_.width + (sample / kSide + 0.5) / kSide;
-      const double bent_x = (u - camera_.centre_x_px) / camera_.focal_px;
-      const double bent_y = (v - camera_.centre_y_px) / camera_.focal_px;
+      const double bent_x = (u - centre.x()) / lens.focal_px;
+      const double bent_y = (v - centre.y()) / lens.focal_px;
       const double bent = std::max(std::hypot(bent_x, bent_y), 1e-12);
       const double at = bent / furthest * kSteps;
       const auto step = static_cast<size_t>(at);

@@ -4,8 +4,8 @@
 //   Renderer renderer(camera, floor_tags, cables, blemishes);
 //   const Picture picture = renderer.Render(robots);
 //
-// Every pixel is traced along its rays to what they meet, so nothing of this is the mathematics of
-// geometry.h: the two judge each other. One thread. The same calls give the same pictures.
+// Every pixel is traced along its rays to what they meet: it calls nothing of geometry.h, whose
+// Lens it has, and so the two judge each other. One thread. The same calls give the same pictures.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client_fw/tracker/detector.h"
+#include "client_fw/tracker/geometry.h"
 #include "client_fw/tracker/picture.h"
 
 namespace pheromone::tracker {
@@ -23,11 +24,7 @@ namespace pheromone::tracker {
 struct RenderedCamera {
   int width = 1280;
   int height = 960;
-  double focal_px = 1000;
-  double centre_x_px = 640;
-  double centre_y_px = 480;
-  double k1 = 0;
-  double k2 = 0;
+  Lens lens = {.focal_px = 1000, .centre_px = {640, 480}};
   double x_m = 0;
   double y_m = 0;
   double z_m = 3;

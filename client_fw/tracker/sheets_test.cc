@@ -72,7 +72,7 @@ TEST(AnnotatedTest, IsThePictureWithNames) {
   SimulatedSwarm swarm(settings);
   const Picture picture = swarm.PictureAt(0);
   Tracking tracking(settings);
-  const View view = tracking.Look(Detector().Detect(picture));
+  const View view = tracking.Locate(Detector().Detect(picture));
   EXPECT_EQ(view.seen.size(), 12u);
   const auto svg = AnnotatedSvg(picture, settings, view);
   ASSERT_TRUE(svg.ok()) << svg.error();
@@ -91,7 +91,7 @@ TEST(AnnotatedTest, IsThePictureWithNames) {
   }
   EXPECT_GT(same, picture.levels.size() * 9 / 10);
   EXPECT_LT(same, picture.levels.size());
-  const View none = Tracking(settings).Look({});
+  const View none = Tracking(settings).Locate({});
   EXPECT_NE(AnnotatedSvg(picture, settings, none).value().find("0 floor tags were seen"),
             std::string::npos);
 }

@@ -31,11 +31,7 @@ SimulatedSwarm::SimulatedSwarm(const Settings& settings, const Blemishes& blemis
   RenderedCamera camera;
   camera.width = settings.width;
   camera.height = settings.height;
-  camera.focal_px = settings.lens.focal_px;
-  camera.centre_x_px = settings.lens.centre_px.x();
-  camera.centre_y_px = settings.lens.centre_px.y();
-  camera.k1 = settings.lens.k1;
-  camera.k2 = settings.lens.k2;
+  camera.lens = settings.lens;
   camera.z_m =
       settings.lens.focal_px * std::max(sides.x() / settings.width, sides.y() / settings.height);
   camera.turn_rad = kTurnRad;

@@ -43,15 +43,15 @@ double FarthestOf(const Corners& a, const Corners& b) {
 
 }  // namespace
 
-View Tracking::Look(std::span<const Detection> found) {
+View Tracking::Locate(std::span<const Detection> found) {
   View view;
   const std::map<int, Corners> tags = ByNumber(found);
-  LookAtFloor(tags, &view);
-  LookAtRobots(tags, &view);
+  LocateCamera(tags, &view);
+  LocateRobots(tags, &view);
   return view;
 }
 
-void Tracking::LookAtFloor(const std::map<int, Corners>& tags, View* view) {
+void Tracking::LocateCamera(const std::map<int, Corners>& tags, View* view) {
   for (const FloorTag& it : settings_.floor) {
     const auto tag = tags.find(it.tag);
     if (tag != tags.end()) {
@@ -77,6 +77,12 @@ void Tracking::LookAtFloor(const std::map<int, Corners>& tags, View* view) {
         fmt::format("{} floor tags were seen, expected at least {}", floor_.size(), kMinFloorSeen);
     return;
   }
+  blind_ = view->floor_seen.empty() ? std::min(blind_ + 1, kMaxBlind + 1) : 0;
+  if (blind_ > kMaxBlind) {
+    view->why_no_camera = fmt::format(
+        "no floor tag was seen in the last {} pictures, expected at least one", kMaxBlind);
+    return;
+  }
   std::vector<Match> matches;
   for (const FloorTag& it : settings_.floor) {
     const auto mean = floor_.find(it.tag);
@@ -95,7 +101,7 @@ void Tracking::LookAtFloor(const std::map<int, Corners>& tags, View* view) {
   }
 }
 
-void Tracking::LookAtRobots(const std::map<int, Corners>& tags, View* view) const {
+void Tracking::LocateRobots(const std::map<int, Corners>& tags, View* view) const {
   for (const RobotTag& robot : settings_.robots) {
     const auto found = tags.find(robot.tag);
     if (found == tags.end() || !view->camera) {

@@ -1,13 +1,13 @@
 // From the tags in a picture to the poses of robots.
 //
 //   Tracking tracking(settings);
-//   const View view = tracking.Look(detector.Detect(picture));
+//   const View view = tracking.Locate(detector.Detect(picture));
 //   for (const std::string& datagram : Datagrams(view.seen)) { Send(datagram); }
 //
 // The camera's place follows from the floor tags, anew in each picture: from the mean of where each
 // of them was seen so far, so one that a robot hides still counts. If one is seen elsewhere, the
-// camera was moved, and the means begin again. Sans I/O. One thread; the same tags give the same
-// poses.
+// camera was moved, and the means begin again; while none is seen, nobody knows, so after
+// kMaxBlind pictures there is no camera. Sans I/O. One thread; the same tags give the same poses.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +22,9 @@
 #include "client_fw/tracker/settings.h"
 
 namespace pheromone::tracker {
+
+/// So many pictures without any floor tag, one after the other, still have a camera.
+constexpr int kMaxBlind = 10;
 
 struct SeenRobot {
   RobotTag robot;
@@ -52,7 +55,7 @@ class Tracking {
  public:
   explicit Tracking(Settings settings) : settings_(std::move(settings)) {}
 
-  View Look(std::span<const Detection> found);
+  View Locate(std::span<const Detection> found);
 
  private:
   struct Mean {
@@ -60,11 +63,12 @@ class Tracking {
     int count = 0;
   };
 
-  void LookAtFloor(const std::map<int, Corners>& tags, View* view);
-  void LookAtRobots(const std::map<int, Corners>& tags, View* view) const;
+  void LocateCamera(const std::map<int, Corners>& tags, View* view);
+  void LocateRobots(const std::map<int, Corners>& tags, View* view) const;
 
   Settings settings_;
   std::map<int, Mean> floor_;
+  int blind_ = 0;  // pictures since a floor tag was seen
 };
 
 /// The messages to a [[tracker]] (server/robots/links/tracker_message.h), no datagram longer than

@@ -47,7 +47,7 @@ TEST(TrackingTest, TellsWhoIsSeenAndWhoIsMissed) {
   auto found = Floor();
   found.push_back(TagAt(2, 1.25, 0.75, kRobotHeightM, kRobotEdgeM));
   found.push_back(TagAt(99, 2.25, 0.75, kRobotHeightM, kRobotEdgeM));  // nobody's
-  const View view = tracking.Look(found);
+  const View view = tracking.Locate(found);
   ASSERT_TRUE(view.camera) << view.why_no_camera;
   ASSERT_EQ(view.seen.size(), 1u);
   EXPECT_EQ(view.seen[0].robot.id, 2);
@@ -69,7 +69,7 @@ TEST(TrackingTest, KnowsWhereATagIsOnItsRobot) {
   Tracking tracking(settings);
   auto found = Floor();
   found.push_back(TagAt(1, 1, 1, kRobotHeightM, kRobotEdgeM));
-  const View view = tracking.Look(found);
+  const View view = tracking.Locate(found);
   ASSERT_EQ(view.seen.size(), 1u);
   EXPECT_NEAR(view.seen[0].place.x(), 1.02, 1e-6);
   EXPECT_NEAR(view.seen[0].place.y(), 0.9, 1e-6);
@@ -78,20 +78,39 @@ TEST(TrackingTest, KnowsWhereATagIsOnItsRobot) {
 
 TEST(TrackingTest, RemembersFloorTagsThatAreHidden) {
   Tracking tracking(StraightDown());
-  EXPECT_TRUE(tracking.Look(Floor()).camera);
-  const View view = tracking.Look(std::vector{Floor().front()});
+  EXPECT_TRUE(tracking.Locate(Floor()).camera);
+  const View view = tracking.Locate(std::vector{Floor().front()});
   EXPECT_TRUE(view.camera);
   EXPECT_EQ(view.floor_seen.size(), 1u);
   EXPECT_FALSE(view.moved);
 }
 
+// Who bumps into the camera may turn it to where robots are but no floor tags.
+TEST(TrackingTest, WithoutAnyFloorTagItForgetsTheCameraInAMoment) {
+  Tracking tracking(StraightDown());
+  const Detection robot = TagAt(1, 1, 1, kRobotHeightM, kRobotEdgeM);
+  tracking.Locate(Floor());
+  for (int i = 0; i < kMaxBlind; ++i) {
+    EXPECT_EQ(tracking.Locate(std::vector{robot}).seen.size(), 1u);
+  }
+  for (int i = 0; i < kMaxBlind; ++i) {
+    const View view = tracking.Locate(std::vector{robot});
+    EXPECT_FALSE(view.camera);
+    EXPECT_TRUE(view.seen.empty());
+    EXPECT_EQ(view.why_no_camera,
+              "no floor tag was seen in the last 10 pictures, expected at least one");
+  }
+  // One floor tag where it was tells that all are where they were.
+  EXPECT_EQ(tracking.Locate(std::vector{Floor().front(), robot}).seen.size(), 1u);
+}
+
 TEST(TrackingTest, BeginsAgainWhenTheCameraIsMoved) {
   Tracking tracking(StraightDown());
-  tracking.Look(Floor());
-  const View two = tracking.Look(std::vector{Floor(40)[0], Floor(40)[1]});
+  tracking.Locate(Floor());
+  const View two = tracking.Locate(std::vector{Floor(40)[0], Floor(40)[1]});
   EXPECT_TRUE(two.moved);
   EXPECT_EQ(two.why_no_camera, "2 floor tags were seen, expected at least 3");
-  const View all = tracking.Look(Floor(40));
+  const View all = tracking.Locate(Floor(40));
   ASSERT_TRUE(all.camera);
   EXPECT_LT(all.camera->rms_px, 1e-6);
 }
@@ -102,7 +121,7 @@ TEST(TrackingTest, RejectsATagOfAnotherSizeOrHeight) {
   found.push_back(TagAt(1, 1, 1, 0.7, kRobotEdgeM));
   found.push_back(TagAt(2, 2, 1, kRobotHeightM, kRobotEdgeM));
   found.back().corners[0] += Point(6, 0);
-  const View view = tracking.Look(found);
+  const View view = tracking.Locate(found);
   ASSERT_EQ(view.rejected.size(), 2u);
   EXPECT_EQ(view.rejected[0].why,
             "its edge seems to be 0.143 m, expected robot_edge_m, 0.120 m, at height_m, 0.250 m");
@@ -114,7 +133,7 @@ TEST(TrackingTest, DoesNotChooseBetweenTwoTagsOfOneNumber) {
   auto found = Floor();
   found.push_back(TagAt(1, 1, 1, kRobotHeightM, kRobotEdgeM));
   found.push_back(TagAt(1, 2, 1, kRobotHeightM, kRobotEdgeM));
-  EXPECT_TRUE(tracking.Look(found).seen.empty());
+  EXPECT_TRUE(tracking.Locate(found).seen.empty());
 }
 
 TEST(DatagramTest, HaveALineForEachRobot) {

@@ -6,6 +6,9 @@
 //     return pheromone::RunProgram("pheromonectl", [&] { return Main(argc, argv); });
 //   }
 //
+// Programs return kFailed or kWrongInput by Fail(name, message, status), unless they have more
+// kinds of failure.
+//
 // A full disk is often noticed when the last bytes are flushed, after a command has done its work;
 // hence this is checked once, here, and not by each command. If the reader of a pipe exits, such as
 // `| head`, SIGPIPE ends the program, as usual. For the main thread, at the end.
@@ -25,6 +28,15 @@
 #include "server/base/standard_output.h"
 
 namespace pheromone {
+
+constexpr int kFailed = 1;      ///< exit status: it could not be done
+constexpr int kWrongInput = 2;  ///< exit status: the command line or a file is wrong
+
+/// Prints "NAME: MESSAGE" to standard error, and returns `status`.
+inline int Fail(std::string_view name, const std::string& message, int status) {
+  std::cerr << name << ": " << message << '\n';
+  return status;
+}
 
 /// Flushes standard output, of C and of C++. Error: why some output, now or before, could not be
 /// written.

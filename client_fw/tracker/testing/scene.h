@@ -18,22 +18,13 @@ constexpr int kFirstFloorTag = 500;
 
 inline RenderedCamera CameraOfTheScene() {
   RenderedCamera camera;
-  camera.focal_px = 900;
-  camera.centre_x_px = 652;
-  camera.centre_y_px = 471;
-  camera.k1 = -0.15;
-  camera.k2 = 0.02;
+  camera.lens = {.focal_px = 900, .centre_px = {652, 471}, .k1 = -0.15, .k2 = 0.02};
   camera.x_m = 1.9;
   camera.y_m = 1.3;
   camera.z_m = 3.3;
   camera.turn_rad = 0.05;
   camera.tilt_rad = 0.08;
   return camera;
-}
-
-inline Lens LensOfTheScene() {
-  const RenderedCamera camera = CameraOfTheScene();
-  return {camera.focal_px, {camera.centre_x_px, camera.centre_y_px}, camera.k1, camera.k2};
 }
 
 inline std::vector<RenderedTag> FloorOfTheScene() {

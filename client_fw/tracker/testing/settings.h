@@ -15,8 +15,8 @@ inline std::string SettingsOfTheScene() {
       "[server]\ntracker = \"127.0.0.1:4960\"\n[camera]\nwidth_px = {}\nheight_px = {}\n"
       "focal_px = {}\ncentre_x_px = {}\ncentre_y_px = {}\nk1 = {}\nk2 = {}\n"
       "[tags]\nfloor_edge_m = {}\nrobot_edge_m = {}\n",
-      camera.width, camera.height, camera.focal_px, camera.centre_x_px, camera.centre_y_px,
-      camera.k1, camera.k2, kFloorEdgeM, kRobotEdgeM);
+      camera.width, camera.height, camera.lens.focal_px, camera.lens.centre_px.x(),
+      camera.lens.centre_px.y(), camera.lens.k1, camera.lens.k2, kFloorEdgeM, kRobotEdgeM);
   for (const RenderedTag& it : FloorOfTheScene()) {
     text += fmt::format("[[floor_tag]]\ntag = {}\nx_m = {}\ny_m = {}\nheading_deg = {:.6f}\n",
                         it.id, it.x_m, it.y_m, it.heading_rad * 180 / 3.14159265358979323846);

@@ -135,17 +135,4 @@ std::string EncodeTransforms(uint64_t time_ns, const std::vector<Transform>& tra
   return cdr.Finish();
 }
 
-std::string TopicPart(std::string_view name) {
-  std::string part;
-  for (const char c : name) {
-    const bool is_digit = c >= '0' && c <= '9';
-    const bool is_letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-    if (is_digit && part.empty()) {
-      part = "n";
-    }
-    part += is_digit || is_letter ? c : '_';
-  }
-  return part;
-}
-
 }  // namespace pheromone::ros

@@ -48,7 +48,4 @@ struct Transform {
 };
 std::string EncodeTransforms(uint64_t time_ns, const std::vector<Transform>& transforms);
 
-/// A name as a part of a topic: letters, digits and '_', not beginning with a digit.
-std::string TopicPart(std::string_view name);
-
 }  // namespace pheromone::ros

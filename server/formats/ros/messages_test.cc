@@ -43,10 +43,5 @@ TEST(RosMessagesTest, AGridHasItsCellsAtTheEnd) {
   EXPECT_EQ(message.substr(4 + 96), "\x06\x00\x00\x00\x01\xFF\x03\x04\x05\x06"s);
 }
 
-TEST(RosMessagesTest, NamesBecomePartsOfTopics) {
-  EXPECT_EQ(TopicPart("radio-a"), "radio_a");
-  EXPECT_EQ(TopicPart("2nd.link"), "n2nd_link");
-}
-
 }  // namespace
 }  // namespace pheromone::ros

@@ -5,10 +5,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/number_check.h"
 #include "server/operators/ctl/change_commands.h"
 #include "server/operators/ctl/command_line.h"
 #include "server/operators/ctl/halt_commands.h"
-#include "server/operators/ctl/number_check.h"
 
 namespace pheromone::ctl {
 namespace {

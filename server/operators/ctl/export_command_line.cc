@@ -5,11 +5,11 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/number_check.h"
 #include "server/operators/ctl/command_line.h"
 #include "server/operators/ctl/csv_export.h"
 #include "server/operators/ctl/live_recording.h"
 #include "server/operators/ctl/mcap_export.h"
-#include "server/operators/ctl/number_check.h"
 
 namespace pheromone::ctl {
 namespace {

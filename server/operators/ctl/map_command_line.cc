@@ -5,9 +5,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/number_check.h"
 #include "server/operators/ctl/command_line.h"
 #include "server/operators/ctl/map_commands.h"
-#include "server/operators/ctl/number_check.h"
 
 namespace pheromone::ctl {
 namespace {

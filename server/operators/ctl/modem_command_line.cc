@@ -3,9 +3,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/number_check.h"
 #include "server/operators/ctl/command_line.h"
 #include "server/operators/ctl/modem_commands.h"
-#include "server/operators/ctl/number_check.h"
 
 namespace pheromone::ctl {
 

@@ -5,8 +5,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/number_check.h"
 #include "server/operators/ctl/command_line.h"
-#include "server/operators/ctl/number_check.h"
 #include "server/operators/ctl/replay_commands.h"
 
 namespace pheromone::ctl {

@@ -13,9 +13,6 @@
 namespace pheromone::ctl {
 namespace {
 
-constexpr double kFullCell = 98;
-constexpr char kWall = 100;
-
 ros::Pose RosPose(const field::PoseUm& pose) {
   return {.x_m = Metres(pose.position.x),
           .y_m = Metres(pose.position.y),
@@ -32,18 +29,6 @@ mcap::Channel Ros2Show::ChannelOf(const std::string& topic, std::string_view sch
           .schema = ros::DefinitionOf(schema)};
 }
 
-const std::string& Ros2Show::PartOf(const std::string& name) {
-  const auto [found, is_new] = parts_.emplace(name, ros::TopicPart(name));
-  const auto is_taken = [&, &part = found->second] {
-    return std::any_of(parts_.begin(), parts_.end(),
-                       [&](const auto& it) { return it.first != name && it.second == part; });
-  };
-  while (is_new && is_taken()) {
-    found->second += '_';
-  }
-  return found->second;
-}
-
 void Ros2Show::Show(const Moment& moment) {
   std::vector<ros::Transform> transforms;
   for (const control::ClientView& client : moment.clients) {
@@ -52,15 +37,15 @@ void Ros2Show::Show(const Moment& moment) {
     }
     const ros::Pose pose = RosPose(client.pose);
     transforms.push_back({foxglove::RobotFrame(client.link, client.id), pose});
-    Write("/robots/" + PartOf(client.link) + "/robot_" + std::to_string(client.id) + "/pose",
+    Write("/robots/" + links_.PartOf(client.link) + "/robot_" + std::to_string(client.id) + "/pose",
           ros::kPoseStamped, moment.time_ns, ros::EncodePose(moment.time_ns, pose));
   }
   Write("/tf", ros::kTransforms, moment.time_ns, ros::EncodeTransforms(moment.time_ns, transforms));
   if (moment.is_new) {
     const web::ObstacleRaster obstacles = web::ObstaclesOf(moment.view.config);
     std::string cells = obstacles.cells;
-    std::replace(cells.begin(), cells.end(), '\1', kWall);
-    Write("/obstacles", ros::kOccupancyGrid, moment.time_ns,
+    std::replace(cells.begin(), cells.end(), '\1', static_cast<char>(ros::kObstacle));
+    Write(std::string(ros::kObstaclesTopic), ros::kOccupancyGrid, moment.time_ns,
           ros::EncodeGrid(moment.time_ns,
                           {.columns = obstacles.layout.columns,
                            .cell_m = obstacles.layout.cell_m,
@@ -73,19 +58,17 @@ void Ros2Show::Show(const Moment& moment) {
 void Ros2Show::ShowGrid(const field::PheromoneLaw& law, const web::PheromoneRaster& raster,
                         uint64_t time_ns) {
   std::array<char, 256> cell_of{};
-  const double per_byte =
-      raster.scale() / web::PheromoneRaster::kFullScale / web::MaximumOf(law) * kFullCell;
+  const double per_byte = raster.scale() / web::PheromoneRaster::kFullScale / web::MaximumOf(law);
   for (size_t byte = 1; byte <= web::PheromoneRaster::kFullScale; ++byte) {
-    cell_of[byte] = static_cast<char>(
-        std::clamp(std::round(static_cast<double>(byte) * per_byte), 1.0, kFullCell));
+    cell_of[byte] = static_cast<char>(ros::LevelOf(static_cast<double>(byte) * per_byte));
   }
-  cell_of[web::PheromoneRaster::kBlocked] = static_cast<char>(-1);
+  cell_of[web::PheromoneRaster::kBlocked] = static_cast<char>(ros::kUnknown);
   std::string cells(raster.bytes());
   for (char& cell : cells) {
     cell = cell_of[static_cast<uint8_t>(cell)];
   }
   const field::PointUm corner = raster.twice_corner_um();
-  Write("/pheromone/" + PartOf(law.name), ros::kOccupancyGrid, time_ns,
+  Write("/pheromone/" + pheromones_.PartOf(law.name), ros::kOccupancyGrid, time_ns,
         ros::EncodeGrid(time_ns,
                         {.columns = static_cast<uint32_t>(raster.columns()),
                          .cell_m = Metres(raster.cell_um()),

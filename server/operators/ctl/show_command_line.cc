@@ -3,10 +3,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/number_check.h"
 #include "server/operators/ctl/command_line.h"
 #include "server/operators/ctl/config_commands.h"
 #include "server/operators/ctl/doctor/doctor.h"
-#include "server/operators/ctl/number_check.h"
 #include "server/operators/ctl/show_commands.h"
 #include "server/operators/ctl/watch.h"
 

@@ -3,11 +3,11 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/number_check.h"
 #include "server/operators/ctl/command_line.h"
 #include "server/operators/ctl/nets/live_net_commands.h"
 #include "server/operators/ctl/nets/net_commands.h"
 #include "server/operators/ctl/nets/net_replay.h"
-#include "server/operators/ctl/number_check.h"
 
 namespace pheromone::ctl {
 namespace {

@@ -8,9 +8,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/base/number_check.h"
 #include "server/core/tags/tag.h"
 #include "server/operators/ctl/command_line.h"
-#include "server/operators/ctl/number_check.h"
 #include "server/operators/ctl/tags/tag_commands.h"
 #include "server/operators/ctl/tags/tag_files.h"
 

@@ -1,10 +1,10 @@
-#include "server/operators/ctl/number_check.h"
+#include "server/base/number_check.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-namespace pheromone::ctl {
+namespace pheromone {
 namespace {
 
 std::string Checked(const CLI::Validator& check, std::string text) {
@@ -33,4 +33,4 @@ TEST(NumberCheckTest, WhatIsNoNumberOrOutsideIsToldWithWhatWasExpected) {
 }
 
 }  // namespace
-}  // namespace pheromone::ctl
+}  // namespace pheromone
