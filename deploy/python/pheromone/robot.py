@@ -328,7 +328,8 @@ class Client:
             self._overhear(body)
 
     def resynchronise(self) -> list[bytes]:
-        """Sends a PING with a new payload and waits for its echo; returns what came before it."""
+        """Sends a PING with a new payload and waits for its echo; returns what came before it, of
+        which it obeys the commands."""
         self._in_step = False
         heard: list[bytes]
         for _ in range(self.tries):
@@ -344,6 +345,7 @@ class Client:
                     self.line.unanswered = b""
                     return heard
                 heard.append(body)
+                self._overhear(body)
             self.line.go_on()
         raise NoAnswer("no echo of a PING")
 
