@@ -232,6 +232,14 @@ class DriveTest(unittest.TestCase):
         follower.step()
         self.assertEqual(robot.told[-1], (0, 0))
 
+    def test_it_is_told_no_speed_that_is_too_much_for_it(self):
+        for options, limit in ({}, 1000), ({"max_speed_mm_s": 150}, 150):
+            follower = self.follower(5, Wheels(2, 1, 0), **options)
+            for speed, result in (limit, 0), (limit + 1, wire.BAD_VALUE), (-1, wire.BAD_VALUE):
+                command = wire.build("COMMAND", 5, seq=1, code=3, speed_mm_s=speed)
+                self.assertEqual(follower.client.on_command(wire.parse(command)), result)
+            self.assertEqual(follower.speed_mm_s, limit)
+
     def test_it_stands_where_nothing_is_sensed_and_without_a_pose_and_tells_that_once(self):
         robot = Wheels(2, 2.5, 0)
         follower = self.follower(3, robot, released=True)

@@ -31,7 +31,6 @@ SAY_HELLO, NOT_PERMITTED = 6, 10  # reasons of ERROR and of ACK
 UNIT = 4096  # of intensities
 PERIOD_S = 0.2
 PATIENCE_S = 0.1  # with the period, twice and an exchange more: below the 500 ms of the fail-safe
-MAX_SPEED_MM_S = 32767
 
 
 class Drive(Protocol):
@@ -54,14 +53,17 @@ def differential(left: int, right: int, speed_mm_s: float) -> tuple[float, float
 
 
 class Follower:
-    """A Client that drives. `released`: it need not be told to go. One thread at a time."""
+    """A Client that drives. `released`: it need not be told to go; `max_speed_mm_s`: a command to
+    go faster is refused. One thread at a time."""
 
     def __init__(self, line: Line, client_id: int, drive: Drive, pheromone: int = 1,
-                 speed_mm_s: float = 200, released: bool = False) -> None:
+                 speed_mm_s: float = 200, released: bool = False,
+                 max_speed_mm_s: float = 1000) -> None:
         self.client = Client(line, client_id, timeout=PATIENCE_S, tries=1, on_command=self._obey)
         self.drive = drive
         self.pheromone = pheromone
         self.speed_mm_s = speed_mm_s
+        self.max_speed_mm_s = max_speed_mm_s
         self.released = released
         self._nonce = secrets.randbelow(1 << 16)
         self._unit_m: float | None = None  # of coordinates; None: HELLO is not answered yet
@@ -121,7 +123,7 @@ class Follower:
             self.drive.wheels(0, 0)
         elif code == RESUME:
             self.released = True
-        elif code == SPEED and 0 <= fields["speed_mm_s"] <= MAX_SPEED_MM_S:
+        elif code == SPEED and 0 <= fields["speed_mm_s"] <= self.max_speed_mm_s:
             self.speed_mm_s = fields["speed_mm_s"]
         elif code == FOLLOW and 1 <= fields["type_to_follow"] <= 15:
             self.pheromone = fields["type_to_follow"]
