@@ -14,6 +14,7 @@ import os
 import pathlib
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -30,7 +31,7 @@ import pheromone  # noqa: E402
 from attach_test import free_port  # noqa: E402
 from live_daemon import default_config  # noqa: E402
 from operated_daemon import ROOM, TOKEN, await_that, serve_class  # noqa: E402
-from pheromone import aio, arrays, drive, wire  # noqa: E402
+from pheromone import aio, arrays, drive, servers, wire  # noqa: E402
 from pheromone.recordings import Entry, Recording  # noqa: E402
 from pheromone.robot import Client, Line  # noqa: E402
 from pheromone.servers import open_line  # noqa: E402
@@ -312,6 +313,38 @@ class DriveTest(unittest.TestCase):
         self.assertEqual(robot.told[:stopped], [(200, 200)] * 3)
         self.assertLessEqual(wheels_at[stopped], answered_at + 0.5)
         self.assertEqual(set(robot.told[stopped:]), {(0, 0)})
+
+    def test_it_stands_while_it_waits_for_another_server(self):
+        robot = Wheels(2, 1, 0)
+        told_before = []
+
+        def connect(place):
+            told_before.append((place.where[1], robot.told[-1:]))
+            here, there = socket.socketpair()
+            self.addCleanup(there.close)
+            return here.detach()
+        for kind, expected in ("tcp", [(0, 0)]), ("udp", [(200, 200)]):
+            with self.subTest(kind), mock.patch.object(servers, "connect", connect), \
+                    open_line(f"{kind}:127.0.0.1:1,{kind}:127.0.0.1:2") as line:
+                drive.Follower(line, 7, robot)
+                robot.wheels(200, 200)
+                told_before.clear()
+                with mock.patch("socket.getaddrinfo", side_effect=AssertionError("a name is looked up")):
+                    line.go_on()
+                self.assertEqual(told_before[0], (2, expected))
+
+    def test_a_server_whose_name_is_not_known_is_not_there(self):
+        look_up = socket.getaddrinfo
+
+        def known(host, *rest, **options):
+            if host == "nobody":
+                raise socket.gaierror
+            return look_up(host, *rest, **options)
+        with mock.patch("socket.getaddrinfo", known):
+            with open_line(f"udp:nobody:1,{self.address}") as line:
+                self.assertEqual(Client(line, 6, timeout=60).ping(b"!"), b"!")
+            with self.assertRaisesRegex(ConnectionError, "none of the servers is there"):
+                open_line("udp:nobody:1")
 
     def test_a_serial_port_has_a_rate(self):
         with open_line(str(self.folder / "radio-a.pty"), baud=19200) as line:

@@ -13,7 +13,8 @@ stands, and says so to the drive each time,
 
 * until it is released: by a resume, or from the beginning;
 * where it senses nothing, and without a pose, which the server is told once (EVENT 5 and 11);
-* if the server refuses a request, and 500 ms after its last answer at the latest (section 8).
+* if the server refuses a request, and 500 ms after its last answer at the latest (section 8);
+* while it connects to another server by TCP.
 """
 
 from __future__ import annotations
@@ -42,8 +43,7 @@ class Drive(Protocol):
 
     def wheels(self, left_mm_s: float, right_mm_s: float) -> None:
         """Sets the wheels' speeds; 0, 0 stops it. They hold until the next call. A robot should stop
-        by itself when none has come for 500 ms: this program may end, and with several servers by
-        TCP it may wait longer than that for connections."""
+        by itself when none has come for 500 ms: this program may end."""
 
 
 def differential(left: int, right: int, speed_mm_s: float) -> tuple[float, float]:
@@ -60,6 +60,7 @@ class Follower:
                  speed_mm_s: float = 200, released: bool = False,
                  max_speed_mm_s: float = 1000) -> None:
         self.client = Client(line, client_id, timeout=PATIENCE_S, tries=1, on_command=self._obey)
+        line.before_waiting = lambda: self.drive.wheels(0, 0)
         self.drive = drive
         self.pheromone = pheromone
         self.speed_mm_s = speed_mm_s

@@ -42,6 +42,7 @@ class Line:
 
     def __init__(self, fd: int) -> None:
         self.fd = fd
+        self.before_waiting: Callable[[], None] = lambda: None  # for a server that may not be there
         self.decoder = wire.Decoder()
         self._bodies: deque[bytes] = deque()
 
