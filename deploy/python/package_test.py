@@ -490,24 +490,10 @@ class ExamplesTest(unittest.TestCase):
         self.assertEqual([it.split()[:3] for it in text.splitlines()[1:]],
                          [["udp", str(number), "5"] for number in (1, 2, 3)])
 
-    def test_mqtt_in_forty_lines(self):
+    def test_mqtt_in_fifty_lines(self):
         example = HERE / "examples/mqtt.py"
-        self.assertLessEqual(len(example.read_text().splitlines()), 40)
-        port = free_port()
-        broker = self.begin("/usr/sbin/mosquitto", "-p", str(port))
-        heard = {}
-        phone = mqtt.Client()
-        phone.on_message = lambda *it: heard.update({it[2].topic: it[2].payload})
-        phone.on_connect = lambda *_: phone.subscribe("pheromone/#")
-
-        def connects():
-            self.assertIsNone(broker.poll())
-            with contextlib.suppress(ConnectionRefusedError):
-                phone.connect("127.0.0.1", port)
-                return True
-        await_that(connects, "the broker is up")
-        phone.loop_start()
-        self.addCleanup(phone.loop_stop)
+        self.assertLessEqual(len(example.read_text().splitlines()), 50)
+        port, phone, heard = self.broker()
         bridge = self.begin(sys.executable, example, "--server", self.web, "--token-file", "token",
                             "--port", str(port))
         self.assertEqual(bridge.stdout.readline(), "begun\n")
@@ -526,9 +512,59 @@ class ExamplesTest(unittest.TestCase):
         phone.publish("pheromone/deposit", '{"pheromone": "honey", "x_m": 1, "y_m": 1}')
         await_that(lambda: "pheromone/refused" in heard, "the refusal")
         self.assertIn(b"honey", heard["pheromone/refused"])
+        heard.clear()
+        phone.publish("pheromone/deposit", "[" * 100000)  # Python's parser raises RecursionError
+        await_that(lambda: "pheromone/refused" in heard, "another refusal")
         _, since = self.server.events()
-        phone.publish("pheromone/halt", "")
-        await_that(lambda: any("halt" in json.dumps(it) for it in self.server.events(since)[0]), "the halt")
+        await_that(lambda: phone.publish("pheromone/halt", "")
+                   and any("halt" in json.dumps(it) for it in self.server.events(since)[0]), "the halt")
+        again = json.dumps({"pheromone": "path", "x_m": 9.5, "y_m": 9, "quanta": 4})
+        await_that(lambda: phone.publish("pheromone/deposit", again)
+                   and self.server.map_as_array("path").at(9.5, 9) > 0, "deposits go on")
+        self.assertIsNone(bridge.poll())
+
+    def test_mqtt_outlives_its_server_and_a_halt_waits_for_no_deposit(self):
+        port, phone, _ = self.broker()
+        deposit = '{"pheromone": "path", "x_m": 9, "y_m": 9}'
+        for topic, payload in ("deposit", deposit), ("halt", "now"):  # kept for who subscribes
+            phone.publish(f"pheromone/{topic}", payload, qos=1, retain=True).wait_for_publish()
+        asked = {b"/": 0}
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            server.settimeout(60)
+            self.begin(sys.executable, HERE / "examples/mqtt.py", "--port", str(port),
+                       "--server", f"http://127.0.0.1:{server.getsockname()[1]}")
+            while asked[b"/"] < 2 or not {b"/api/v1/halt", b"/api/v1/deposit"} <= asked.keys():
+                connection, _ = server.accept()
+                target = connection.recv(1000).split()[1]
+                if target == b"/":
+                    asked[target] += 1
+                    connection.close()
+                else:
+                    self.addCleanup(connection.close)
+                    asked[target] = connection
+        asked[b"/api/v1/deposit"].setblocking(False)
+        with self.assertRaises(BlockingIOError):  # it still waits
+            while asked[b"/api/v1/deposit"].recv(1000):
+                pass
+
+    def broker(self):
+        """The port of an MQTT broker, a client of it, and what that hears: the last by topic."""
+        port = free_port()
+        broker = self.begin("/usr/sbin/mosquitto", "-p", str(port))
+        heard = {}
+        phone = mqtt.Client()
+        phone.on_message = lambda *it: heard.update({it[2].topic: it[2].payload})
+        phone.on_connect = lambda *_: phone.subscribe("pheromone/#")
+
+        def connects():
+            self.assertIsNone(broker.poll())
+            with contextlib.suppress(ConnectionRefusedError):
+                phone.connect("127.0.0.1", port)
+                return True
+        await_that(connects, "the broker is up")
+        phone.loop_start()
+        self.addCleanup(phone.loop_stop)
+        return port, phone, heard
 
 
 if __name__ == "__main__":
