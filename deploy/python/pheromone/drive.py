@@ -23,13 +23,10 @@ import secrets
 import time
 from typing import Protocol
 
-from . import wire
-from .robot import Client, Line, NoAnswer, Refused
+from .robot import Client, ErrorAnswer, Line, NoAnswer
+from .wire import (BAD_VALUE, FOLLOW, HALT, MAX_TYPE, NOT_PERMITTED, POSE_LOST, RESUME, SAY_HELLO,
+                   SPEED, TRAIL_LOST, UNIT, Message)
 
-HALT, RESUME, SPEED, FOLLOW = 1, 2, 3, 5  # codes of COMMAND
-TRAIL_LOST, POSE_LOST = 5, 11  # codes of EVENT
-SAY_HELLO, NOT_PERMITTED = 6, 10  # reasons of ERROR and of ACK
-UNIT = 4096  # of intensities
 PERIOD_S = 0.2
 PATIENCE_S = 0.1  # with the period, twice and an exchange more: below the 500 ms of the fail-safe
 
@@ -89,7 +86,7 @@ class Follower:
             speeds = self._steer(self._unit_m)
         except NoAnswer:
             pass
-        except Refused as refused:
+        except ErrorAnswer as refused:
             if refused.reason == SAY_HELLO:
                 self._unit_m = None
         self.drive.wheels(*(speeds if self.released else (0, 0)))
@@ -116,7 +113,7 @@ class Follower:
             self.client.event(event)
             self._told = event
 
-    def _obey(self, command: wire.Message) -> int:
+    def _obey(self, command: Message) -> int:
         """The result of the ACK."""
         code, fields = command.fields["code"], command.fields
         if code == HALT:
@@ -126,8 +123,8 @@ class Follower:
             self.released = True
         elif code == SPEED and 0 <= fields["speed_mm_s"] <= self.max_speed_mm_s:
             self.speed_mm_s = fields["speed_mm_s"]
-        elif code == FOLLOW and 1 <= fields["type_to_follow"] <= 15:
+        elif code == FOLLOW and 1 <= fields["type_to_follow"] <= MAX_TYPE:
             self.pheromone = fields["type_to_follow"]
         else:
-            return wire.BAD_VALUE if code in (SPEED, FOLLOW) else NOT_PERMITTED
+            return BAD_VALUE if code in (SPEED, FOLLOW) else NOT_PERMITTED
         return 0

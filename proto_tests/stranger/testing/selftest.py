@@ -10,7 +10,7 @@ from unittest import mock
 
 from . import vectors
 from .. import client
-from ..client import Client, Line, NoAnswer, Refused
+from ..client import Client, ErrorAnswer, Line, NoAnswer
 from ..servers import Servers
 from .model import Model, Pheromone, cosine_q14, fit_to_wire, round_half_away, sine_q14
 from ..wire import (
@@ -161,7 +161,7 @@ def _check_numbers() -> str:
                 server.send(encode(refusal))
             try:
                 robot.event(1)
-            except (Refused, NoAnswer):
+            except (ErrorAnswer, NoAnswer):
                 pass
             assert robot.next_seq == before + 1, f"seq {robot.next_seq} after ERROR {reason}"
         for nonce, last, expected in (
@@ -250,7 +250,7 @@ def _check_list() -> str:
             while not line.left_at:
                 try:
                     robot.event(1)
-                except Refused:
+                except ErrorAnswer:
                     line.now += 0.0625
         assert line.left_at == 1.0, f"left after {line.left_at} s of {REASONS[reason]}"
 
