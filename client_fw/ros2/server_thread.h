@@ -85,8 +85,8 @@ class ServerThread {
   // The thread's own.
   std::map<std::string, Layer> layers_;  // by topic
   Scene scene_;
-  std::string trouble_;  // why the server did not answer last; empty: it did
-  std::string said_;
+  std::string trouble_;              // why the server did not answer last; empty: it did
+  std::optional<std::string> said_;  // of it
   Publisher<MarkerArray> markers_;
   Publisher<DiagnosticArray> diagnostics_;
   Publisher<TFMessage> frames_;
