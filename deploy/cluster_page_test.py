@@ -245,8 +245,8 @@ def main():
         lab.machines["witness"].lose()
         lab.replace("witness", other)
         lab.machines[first].run("sudo pheromonectl deposit path 0.7 0.7")
-    shutil.rmtree(WORK)
     say("all held")
+    shutil.rmtree(WORK)
 
 
 if __name__ == "__main__":
