@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Runs the commands of README.md, of the first steps (deploy/examples/README.md), of the pages about the
-Python package (deploy/python) and Arduinos (client_fw/boards/arduino), and of the manual pages' EXAMPLES, literally and in order, each page in a shell and a folder of its own.
+Python package (deploy/python) and Arduinos (client_fw/boards/arduino), and of the manual pages' EXAMPLES,
+literally and in order, each page in a shell and a folder of its own.
 
     commands_test.py BIN_DIR [UNITTEST ARGUMENT...]
 

@@ -7,8 +7,8 @@
 //   server.Send("halt", "/api/v1/halt", "{}");
 //
 // Without a socket it publishes the diagnostics of robots only. A map is published when it has
-// changed, at most five times a second, obstacles once in five seconds, and a quarter of the time is
-// spent on asking at most. Orders wait for one request at most.
+// changed, at most five times a second, obstacles once in five seconds, and a quarter of the time
+// is spent on asking at most. Orders wait for one request at most.
 #pragma once
 
 #include <condition_variable>
@@ -93,9 +93,9 @@ class ServerThread {
   ros::TopicNames names_ = ros::PheromoneNames();
   std::map<std::string, Layer> layers_;  // by pheromone; "": obstacles
   Scene scene_;
-  std::string trouble_;          // why the server did not answer last; empty: it did
-  bool is_unreachable_ = false;  // and will not answer anything else in this turn
-  std::string said_;
+  std::string trouble_;              // why the server did not answer last; empty: it did
+  bool is_unreachable_ = false;      // and will not answer anything else in this turn
+  std::optional<std::string> said_;  // of it
   Publisher<MarkerArray> markers_;
   Publisher<DiagnosticArray> diagnostics_;
   Publisher<TFMessage> frames_;

@@ -207,6 +207,20 @@ class ServerTest(WithServer):
         with self.assertRaises(OSError):
             pheromone.Server(str(self.folder / "none.sock")).status()
 
+    def test_a_server_that_hangs_up_cannot_be_reached_and_one_that_talks_nonsense_is_another(self):
+        for answer, error in ((b"", OSError), (b"HELLO\r\n", pheromone.ProtocolError)):
+            with self.subTest(answer), socket.create_server(("127.0.0.1", 0)) as listener:
+                def serve():
+                    connection, _ = listener.accept()
+                    with connection:
+                        connection.recv(1000)
+                        connection.sendall(answer)
+                thread = threading.Thread(target=serve)
+                thread.start()
+                with self.assertRaises(error):
+                    pheromone.Server(f"http://127.0.0.1:{listener.getsockname()[1]}").status()
+                thread.join()
+
 
 class FakeStream:
     """A server of one WebSocket. `frames` is sent after the handshake; what the client sends is

@@ -26,7 +26,7 @@ from operated_daemon import OperatedDaemon, await_that, check, write_config  # n
 from operated_robot import OperatedRobot  # noqa: E402
 from stranger import wire  # noqa: E402
 from stranger.client import Client, Line  # noqa: E402
-from stranger.servers import connect  # noqa: E402
+from stranger.servers import connect, resolve  # noqa: E402
 from test_config import link, map_of, pheromone, pty, table  # noqa: E402
 
 ROBOT = 1
@@ -148,7 +148,7 @@ def run(bin_dir, program, image, kind, changes, folder):
         air.loss = 0.0
         operated.command("set", 3, 0)
         await_that(lambda: air.answered == air.last, "its last change is answered")
-        with Line(connect(f"udp:127.0.0.1:{daemon.udp_port()}")) as line:
+        with Line(connect(resolve(f"udp:127.0.0.1:{daemon.udp_port()}"))) as line:
             stranger = Client(line, 99)
             stranger.hello(nonce=1)
             x_mm = round(robot.x_m * 1000) - 200  # only what is ahead is sensed

@@ -17,7 +17,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from cluster.machines import Machines  # noqa: E402
 from operated_daemon import PATIENCE_S, await_that  # noqa: E402
-from stranger.client import Client, NoAnswer, Refused  # noqa: E402
+from stranger.client import Client, ErrorAnswer, NoAnswer  # noqa: E402
 from stranger.servers import Servers  # noqa: E402
 from test_config import link, map_of, pheromone  # noqa: E402
 
@@ -99,7 +99,7 @@ class ClusterTest(unittest.TestCase):
         for member in members:
             self.machines.etcd.kill(member)
         at_leader.tries = 1
-        with contextlib.suppress(NoAnswer, Refused):
+        with contextlib.suppress(NoAnswer, ErrorAnswer):
             at_leader.deposit(1, 5000, 5000, 1)
 
         def has_uncommitted():
@@ -200,7 +200,7 @@ class ClusterTest(unittest.TestCase):
         def ask():
             try:
                 robot.deposit(1, 5000, 5000, 1)
-            except Refused as error:
+            except ErrorAnswer as error:
                 refused.append(error.reason)
             except Exception:  # noqa: BLE001: silence until then
                 pass

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""deploy/CLUSTER.md, done literally: three machines, the commands of their README.txt, etcd with the
-settings that systemd would give it, and what remains when one machine is gone.
+"""deploy/CLUSTER.md, done literally: three machines, the commands of their README.txt, etcd with
+the settings that systemd would give it, what remains when one machine is gone, and another one in its
+place. `./deploy/bare_test --cluster`, run by hand, does it with whole systems.
 
     setup_test.py BIN_DIR
 
@@ -34,7 +35,6 @@ systemctl() { echo "systemctl $*" >>/var/lib/told; }
 ufw() { echo "ufw $*" >>/var/lib/told; }
 pheromonectl() { :; }
 """
-NO_FIREWALL = 'nft() { echo "nft $*" >>/var/lib/told; }\n'
 
 
 def run(*words, **options):
@@ -80,9 +80,10 @@ class Machine:
         return ["nsenter", f"--target={self.holder.pid}", "--net", "--mount", *map(str, words)]
 
     def install(self, made):
-        stubs = STUBS if shutil.which("nft") else STUBS + NO_FIREWALL
-        done = run(*self.command("bash", "-c", f"{stubs}cd {made}\n"
-                                 + commands_of((made / "README.txt").read_text())))
+        self.do(f"cd {made}\n" + commands_of((made / "README.txt").read_text()))
+
+    def do(self, commands):
+        done = run(*self.command("bash", "-c", STUBS + commands))
         assert done.returncode == 0, done
 
     def start(self):
@@ -129,8 +130,9 @@ class Machine:
 
     def close(self):
         self.die()
-        self.holder.kill()
-        self.holder.communicate()
+        if self.holder.returncode is None:
+            self.holder.kill()
+            self.holder.communicate()
 
 
 class FilesTest(unittest.TestCase):
@@ -183,21 +185,27 @@ class FilesTest(unittest.TestCase):
         self.assertFalse((self.folder / "out/b/cluster.toml").exists())
 
 
-@unittest.skipUnless(can_make("--mount") and shutil.which("etcd"), "needs root, iproute2, etcd-server")
+@unittest.skipUnless(can_make("--mount") and shutil.which("etcd") and shutil.which("nft"),
+                     "needs root, iproute2, etcd-server, nftables")
 class PageTest(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
-        folder = pathlib.Path(temporary.name)
-        made = set_up(folder, *WORDS)
+        self.folder = pathlib.Path(temporary.name)
+        made = set_up(self.folder, *WORDS)
         self.assertEqual(made.returncode, 0, made)
-        network = Network(ADDRESSES)
-        self.addCleanup(network.close)
+        self.network = Network(ADDRESSES)
+        self.addCleanup(self.network.close)
         self.machines = {}
         for name in ADDRESSES:
-            (folder / name).mkdir()
-            self.machines[name] = Machine(network, name, folder / name, folder / "cluster-lab")
-            self.addCleanup(self.machines[name].close)
+            self.make(name, self.folder)
+
+    def make(self, name, folder):
+        """A machine with an empty disk; `folder` has what `cluster setup` made."""
+        disk = folder / name
+        disk.mkdir()
+        self.machines[name] = Machine(self.network, name, disk, folder / "cluster-lab")
+        self.addCleanup(self.machines[name].close)
 
     def findings(self, node):
         """What `cluster check` tells, and its exit status."""
@@ -250,27 +258,36 @@ class PageTest(unittest.TestCase):
         self.machines[first].start()
         await_that(lambda: self.findings(first)[1] == 0, f"{first} is back", 60)
 
-    def test_a_machine_that_was_lost_is_replaced(self):
+    def test_a_machine_that_is_lost_for_good_is_replaced(self):
         self.begin()
-        lost, other = self.machines["b"], self.machines["a"]
-        lost.die()
-        for data in ("var/lib/etcd/lab", "var/lib/pheromone/pheromoned/journal"):
-            shutil.rmtree(lost.folder / data)
+        self.machines["b"].close()
         await_that(lambda: self.leader("a") == "a", "the other one leads", 60)
-        laid = other.ctl("deposit", "path", "0.5", "0.5")
+        laid = self.machines["a"].ctl("deposit", "path", "0.5", "0.5")
         self.assertEqual(laid.returncode, 0, laid)
+        self.replace("b")
+        sensed = self.machines["b"].ctl("--json", "sense", "path", "0.4", "0.5")
+        self.assertGreater(json.loads(sensed.stdout)["left"]["intensity"], 0, sensed)
+        self.machines["witness"].close()
+        self.replace("witness")
 
-        gone, = [it for it in other.member_call("list", {})["members"] if it.get("name") == "b"]
+    def replace(self, name):
+        """By a machine with nothing on its disk; the folder of `cluster setup` is gone, too."""
+        again, other = self.folder / f"again-{name}", self.machines["a"]
+        again.mkdir()
+        self.assertEqual(set_up(again, *WORDS).returncode, 0)
+        if name != "witness":
+            shutil.copy(other.folder / "etc/pheromone/cluster-secret", again / "cluster-lab" / name)
+        gone, = [it for it in other.member_call("list", {})["members"] if it.get("name") == name]
         other.member_call("remove", {"ID": gone["ID"]})
         await_that(lambda: "member" in other.member_call("add", {"peerURLs": gone["peerURLs"]}),
                    "the others are connected for the five seconds that etcd asks for", 60)
-        settings = lost.folder / "etc/default/etcd"
-        settings.write_text(settings.read_text().replace("_STATE=new", "_STATE=existing"))
-        lost.start()
+        self.make(name, again)
+        page = (ROOT / "deploy/CLUSTER.md").read_text(encoding="utf-8")
+        joins, = re.findall("^ *(sudo sed .* /etc/default/etcd)$", page, re.M)
+        self.machines[name].do(joins)
+        self.machines[name].start()
         for node in "ab":
             await_that(lambda: self.findings(node)[1] == 0, f"{node} is well", 60)
-        sensed = lost.ctl("--json", "sense", "path", "0.4", "0.5")
-        self.assertGreater(json.loads(sensed.stdout)["left"]["intensity"], 0, sensed)
 
 
 if __name__ == "__main__":

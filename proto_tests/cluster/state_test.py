@@ -18,7 +18,7 @@ import urllib.request
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from cluster.machines import Machines  # noqa: E402
 from operated_daemon import OperatedDaemon, await_that  # noqa: E402
-from stranger.client import Client, Refused  # noqa: E402
+from stranger.client import Client, ErrorAnswer  # noqa: E402
 from stranger.servers import Servers  # noqa: E402
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 else None
@@ -156,9 +156,9 @@ class StateTest(unittest.TestCase):
         for node in self.machines.nodes:
             self.assertIn("was wiped", self.machines.status(node)["cluster"]["gap"])
             self.assertEqual(self.machines.role(node), "follows")
-        smelled = robot.sense(1, 5000, 5000, 0)
-        self.assertGreater(smelled.left, 0)
-        with self.assertRaises(Refused) as refused:
+        sensed = robot.sense(1, 5000, 5000, 0)
+        self.assertGreater(sensed.left, 0)
+        with self.assertRaises(ErrorAnswer) as refused:
             robot.deposit(1, 5000, 5000, 1)
         self.assertEqual(refused.exception.reason, BUSY)
         for node in self.machines.nodes:

@@ -20,7 +20,7 @@ import time
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 from stranger import wire  # noqa: E402
-from stranger.client import Client, Refused, open_terminal  # noqa: E402
+from stranger.client import Client, ErrorAnswer, open_terminal  # noqa: E402
 
 PATIENCE_S = 30
 REPLACE, EXPECT = 1, 2  # flags of WRITE and ERASE
@@ -258,7 +258,7 @@ def commands(lab):
 def expect_refusal(reason, request, *arguments, **fields):
     try:
         request(*arguments, **fields)
-    except Refused as refused:
+    except ErrorAnswer as refused:
         if wire.REASONS.get(refused.reason) == reason:
             return
         sys.exit(f"expected {reason!r}, got {refused}")

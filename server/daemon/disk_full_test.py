@@ -17,7 +17,7 @@ import running_daemon
 from running_daemon import CONFIG, PATIENCE_S, PTY, Running
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
-from stranger.client import Client, Refused, open_terminal  # noqa: E402
+from stranger.client import Client, ErrorAnswer, open_terminal  # noqa: E402
 
 SKIPPED = 77
 READ_ONLY = 8
@@ -38,7 +38,7 @@ def start(folder):
 def refuses(robot):
     try:
         robot.deposit(1, 5000, 5000)
-    except Refused as refused:
+    except ErrorAnswer as refused:
         check(refused.reason == READ_ONLY, f"refused with {refused.reason}")
         return True
     return False
@@ -94,19 +94,19 @@ def run(folder, disk):
             check(acknowledged < 400_000, "a full disk refuses changes")
         print(f"disk full: {acknowledged} changes acknowledged before they were refused")
         server.await_log("changes are refused")
-        smell = robot.sense(1, 5000, 5200, 0)
-        check(smell is not None and refuses(robot), "SENSE goes on, changes are refused")
+        answer = robot.sense(1, 5000, 5200, 0)
+        check(answer is not None and refuses(robot), "SENSE goes on, changes are refused")
         halt_while_read_only(folder, robot)
         (disk / "filler").unlink()
         await_that(lambda: not refuses(robot), "freed space heals it without a restart")
         server.await_log("changes are accepted again")
         robot.deposit(1, 5200, 5200)
-        smells = {(x, y): robot.sense(1, x, y, 0)
-                  for x in range(4600, 5600, 100) for y in range(4600, 5600, 100)}
+        answers = {(x, y): robot.sense(1, x, y, 0)
+                   for x in range(4600, 5600, 100) for y in range(4600, 5600, 100)}
         server.stop(signal.SIGKILL)
     server, robot = start(folder)
     with server:
-        check({at: robot.sense(1, *at, 0) for at in smells} == smells,
+        check({at: robot.sense(1, *at, 0) for at in answers} == answers,
               "nothing that was acknowledged is lost")
         check(robot.hello(1).epoch == epoch, "the epoch goes on")
         check(server.stop() == 0, "an orderly end")

@@ -8,6 +8,7 @@ pheromone/refused          told: why the server did not do it
 """
 import argparse
 import json
+import time
 import paho.mqtt.client as mqtt
 import pheromone
 
@@ -25,16 +26,25 @@ def take(broker: mqtt.Client, _: object, message: mqtt.MQTTMessage) -> None:
             server.halt()
         else:
             server.deposit(**json.loads(message.payload))
-    except (pheromone.Refused, OSError, TypeError, ValueError) as problem:
+    except Exception as problem:  # whatever it is: the thread would end, and the next halt be lost
         broker.publish("pheromone/refused", str(problem))
 
-broker = mqtt.Client()
-broker.on_message = take
-broker.on_connect = lambda *_: broker.subscribe([("pheromone/halt", 1), ("pheromone/deposit", 1)])
-broker.connect(options.broker, options.port)
-broker.loop_start()
+def subscribed(topic: str) -> mqtt.Client:  # with a thread of its own: a halt waits for no deposit
+    broker = mqtt.Client()
+    broker.on_message = take
+    broker.on_connect = lambda *_: broker.subscribe(topic, 1)
+    broker.connect(options.broker, options.port)
+    broker.loop_start()
+    return broker
+
+_, broker = map(subscribed, ("pheromone/deposit", "pheromone/halt"))
 print("begun", flush=True)
-for message in server.watch("/clients"):
-    for robot in message.value["clients"]:
-        place = dict(robot["pose"] or {}, state=robot["state"]["is"])
-        broker.publish(f"pheromone/robots/{robot['link']}/{robot['id']}", json.dumps(place))
+while True:  # the server may begin anew
+    try:
+        for message in server.watch("/clients"):
+            for robot in message.value["clients"]:
+                place = dict(robot["pose"] or {}, state=robot["state"]["is"])
+                broker.publish(f"pheromone/robots/{robot['link']}/{robot['id']}", json.dumps(place))
+    except (OSError, pheromone.ProtocolError, pheromone.Refused) as problem:
+        print(problem, flush=True)
+    time.sleep(1)

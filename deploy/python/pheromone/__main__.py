@@ -16,8 +16,9 @@ import sys
 import termios
 import time
 
-from .robot import Client, InUse, NoAnswer, Refused, Smell
+from .robot import Client, ErrorAnswer, Intensities, InUse, NoAnswer
 from .servers import open_line
+from .wire import UNIT
 
 
 def integer(text: str) -> int:
@@ -46,7 +47,7 @@ def arguments() -> argparse.ArgumentParser:
     ping = requests.add_parser("ping", help="ask for an echo")
     ping.add_argument("payload", nargs="?", default="", help="up to 16 bytes, hexadecimal")
     for name, fields, what in (
-        ("sense", "type x y heading", "what is smelled at a pose"),
+        ("sense", "type x y heading", "what is sensed at a pose"),
         ("trace", "type x y heading", "the same, then leave 1 quantum"),
         ("deposit", "type x y quanta=1", "leave pheromone"),
         ("event", "code argument=0", "report an event"),
@@ -85,9 +86,9 @@ def carry_out(options: argparse.Namespace, robot: Client) -> str:
     return "acknowledged"
 
 
-def shown(smell: Smell) -> str:
-    left, right = smell
-    return f"left {left} right {right} (units: {left / 4096:g} {right / 4096:g})"
+def shown(sensed: Intensities) -> str:
+    left, right = sensed
+    return f"left {left} right {right} (units: {left / UNIT:g} {right / UNIT:g})"
 
 
 def main() -> int:
@@ -98,7 +99,7 @@ def main() -> int:
     try:
         with open_line(options.path) as line:
             print(carry_out(options, Client(line, options.id, options.timeout)))
-    except (InUse, Refused, NoAnswer, OSError, ValueError, struct.error, termios.error) as error:
+    except (ErrorAnswer, InUse, NoAnswer, OSError, ValueError, struct.error, termios.error) as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 1
     return 0

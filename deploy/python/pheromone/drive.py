@@ -13,7 +13,8 @@ stands, and says so to the drive each time,
 
 * until it is released: by a resume, or from the beginning;
 * where it senses nothing, and without a pose, which the server is told once (EVENT 5 and 11);
-* if the server refuses a request, and 500 ms after its last answer at the latest (section 8).
+* if the server refuses a request, and 500 ms after its last answer at the latest (section 8);
+* while it connects to another server by TCP.
 """
 
 from __future__ import annotations
@@ -22,16 +23,12 @@ import secrets
 import time
 from typing import Protocol
 
-from . import wire
-from .robot import Client, Line, NoAnswer, Refused
+from .robot import Client, ErrorAnswer, Line, NoAnswer
+from .wire import (BAD_VALUE, FOLLOW, HALT, MAX_TYPE, NOT_PERMITTED, POSE_LOST, RESUME, SAY_HELLO,
+                   SPEED, TRAIL_LOST, UNIT, Message)
 
-HALT, RESUME, SPEED, FOLLOW = 1, 2, 3, 5  # codes of COMMAND
-TRAIL_LOST, POSE_LOST = 5, 11  # codes of EVENT
-SAY_HELLO, NOT_PERMITTED = 6, 10  # reasons of ERROR and of ACK
-UNIT = 4096  # of intensities
 PERIOD_S = 0.2
 PATIENCE_S = 0.1  # with the period, twice and an exchange more: below the 500 ms of the fail-safe
-MAX_SPEED_MM_S = 32767
 
 
 class Drive(Protocol):
@@ -43,8 +40,7 @@ class Drive(Protocol):
 
     def wheels(self, left_mm_s: float, right_mm_s: float) -> None:
         """Sets the wheels' speeds; 0, 0 stops it. They hold until the next call. A robot should stop
-        by itself when none has come for 500 ms: this program may end, and with several servers by
-        TCP it may wait longer than that for connections."""
+        by itself when none has come for 500 ms: this program may end."""
 
 
 def differential(left: int, right: int, speed_mm_s: float) -> tuple[float, float]:
@@ -54,14 +50,18 @@ def differential(left: int, right: int, speed_mm_s: float) -> tuple[float, float
 
 
 class Follower:
-    """A Client that drives. `released`: it need not be told to go. One thread at a time."""
+    """A Client that drives. `released`: it need not be told to go; `max_speed_mm_s`: a command to
+    go faster is refused. One thread at a time."""
 
     def __init__(self, line: Line, client_id: int, drive: Drive, pheromone: int = 1,
-                 speed_mm_s: float = 200, released: bool = False) -> None:
+                 speed_mm_s: float = 200, released: bool = False,
+                 max_speed_mm_s: float = 1000) -> None:
         self.client = Client(line, client_id, timeout=PATIENCE_S, tries=1, on_command=self._obey)
+        line.before_waiting = lambda: self.drive.wheels(0, 0)
         self.drive = drive
         self.pheromone = pheromone
         self.speed_mm_s = speed_mm_s
+        self.max_speed_mm_s = max_speed_mm_s
         self.released = released
         self._nonce = secrets.randbelow(1 << 16)
         self._unit_m: float | None = None  # of coordinates; None: HELLO is not answered yet
@@ -86,7 +86,7 @@ class Follower:
             speeds = self._steer(self._unit_m)
         except NoAnswer:
             pass
-        except Refused as refused:
+        except ErrorAnswer as refused:
             if refused.reason == SAY_HELLO:
                 self._unit_m = None
         self.drive.wheels(*(speeds if self.released else (0, 0)))
@@ -113,7 +113,7 @@ class Follower:
             self.client.event(event)
             self._told = event
 
-    def _obey(self, command: wire.Message) -> int:
+    def _obey(self, command: Message) -> int:
         """The result of the ACK."""
         code, fields = command.fields["code"], command.fields
         if code == HALT:
@@ -121,10 +121,10 @@ class Follower:
             self.drive.wheels(0, 0)
         elif code == RESUME:
             self.released = True
-        elif code == SPEED and 0 <= fields["speed_mm_s"] <= MAX_SPEED_MM_S:
+        elif code == SPEED and 0 <= fields["speed_mm_s"] <= self.max_speed_mm_s:
             self.speed_mm_s = fields["speed_mm_s"]
-        elif code == FOLLOW and 1 <= fields["type_to_follow"] <= 15:
+        elif code == FOLLOW and 1 <= fields["type_to_follow"] <= MAX_TYPE:
             self.pheromone = fields["type_to_follow"]
         else:
-            return wire.BAD_VALUE if code in (SPEED, FOLLOW) else NOT_PERMITTED
+            return BAD_VALUE if code in (SPEED, FOLLOW) else NOT_PERMITTED
         return 0

@@ -22,13 +22,12 @@ from typing import Any, NamedTuple
 
 from . import arrays
 from ._answers import ProtocolError
-from .wire import ANSWER, NO_INTENSITIES, Decoder, Message, NotAMessage, parse
+from .wire import ANSWER, NO_INTENSITIES, UNIT, Decoder, Message, NotAMessage, parse
 
 _SECTION, _INTERFACE, _PACKET, _LOCAL = 0x0A0D0D0A, 1, 6, 0x80504800
 _START, _PARTIAL_FRAME, _GAP, _END = 0, 3, 9, 10  # kinds of blocks for local use
 _PACKET_OPTIONS = 8 + 12 + 12 + 4  # bytes at the end of a packet's block: flags, number, clock, end
 _POSE_UNIT = re.compile(r"^\s*pose_unit_mm\s*=\s*([\d.]+)", re.MULTILINE)
-UNIT = 4096  # of intensities
 
 
 class Entry(NamedTuple):

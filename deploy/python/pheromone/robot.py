@@ -28,7 +28,7 @@ from .wire import Message, NotAMessage, build, build_hello, parse
 
 
 PUT_OFF = (wire.BUSY, wire.READ_ONLY)  # reasons to try another server
-MOST_AHEAD = 128  # numbers that may follow the last one accepted
+MAX_AHEAD = 128  # numbers that may follow the last one accepted
 STUCK_S = 1.0  # without a change that is taken
 NO_SLOT = 255  # READ: there is none; WRITE: the tag's drop policy chooses
 
@@ -42,6 +42,7 @@ class Line:
 
     def __init__(self, fd: int) -> None:
         self.fd = fd
+        self.before_waiting: Callable[[], None] = lambda: None  # for a server that may not be there
         self.decoder = wire.Decoder()
         self._bodies: deque[bytes] = deque()
 
@@ -134,7 +135,7 @@ class NoAnswer(Exception):
     """The server kept silent."""
 
 
-class Refused(Exception):
+class ErrorAnswer(Exception):
     """The server answered with an ERROR."""
 
     def __init__(self, refused_opcode: int, reason: int, seq: int) -> None:
@@ -143,7 +144,7 @@ class Refused(Exception):
         super().__init__(f"opcode {refused_opcode:02X} refused: {reason}, {name} (seq {seq})")
 
 
-class Smell(NamedTuple):
+class Intensities(NamedTuple):
     """Intensities at the two antennas, in 1/4096 of a pheromone unit."""
 
     left: int
@@ -167,13 +168,13 @@ class ServerInfo(NamedTuple):
     @property
     def types(self) -> list[int]:
         """The pheromone types that exist."""
-        return [t for t in range(1, 16) if self.type_mask >> t & 1]
+        return [t for t in range(1, wire.MAX_TYPE + 1) if self.type_mask >> t & 1]
 
 
 class Client:
     """One robot on a line: asks, waits, takes the right answer, repeats what must not be lost.
 
-    Its requests raise Refused for an ERROR and NoAnswer for silence. They are sent up to `tries`
+    Its requests raise ErrorAnswer for an ERROR and NoAnswer for silence. They are sent up to `tries`
     times, `timeout` seconds apart, byte for byte the same: the server carries them out once.
     `on_command` is called once for each COMMAND and gives the ACK's result, 0 for accepted.
     """
@@ -225,7 +226,7 @@ class Client:
         if self._epoch not in (None, told.epoch):
             self._last_command = None
         goes_on_from = (told.last_seq + 1) % 256
-        behind = self._not_accepted >= MOST_AHEAD
+        behind = self._not_accepted >= MAX_AHEAD
         if new or behind or 1 <= (goes_on_from - self.next_seq) % 256 <= 127:  # else never back
             self.next_seq = goes_on_from
             self._not_accepted = 0
@@ -245,7 +246,7 @@ class Client:
         request = build("PING", self.client_id, payload=payload)
         return bytes(self._ask(request, self.tries)["payload"])
 
-    def sense(self, pheromone: int, x: int, y: int, heading: int, wide: bool = False) -> Smell:
+    def sense(self, pheromone: int, x: int, y: int, heading: int, wide: bool = False) -> Intensities:
         """What the robot senses at this pose; `wide` if x or y does not fit into 16 bits.
 
         Sent once only: after NoAnswer, come again with a fresh pose.
@@ -253,13 +254,13 @@ class Client:
         name = "SENSE_WIDE" if wide else "SENSE"
         request = build(name, self.client_id, type=pheromone, x=x, y=y, heading=heading)
         answer = self._ask(request, tries=1)
-        return Smell(answer["left"], answer["right"])
+        return Intensities(answer["left"], answer["right"])
 
-    def trace(self, pheromone: int, x: int, y: int, heading: int, wide: bool = False) -> Smell:
+    def trace(self, pheromone: int, x: int, y: int, heading: int, wide: bool = False) -> Intensities:
         """Senses, and deposits one quantum."""
         name = "TRACE_WIDE" if wide else "TRACE"
         answer = self._change(name, type=pheromone, x=x, y=y, heading=heading)
-        return Smell(answer["left"], answer["right"])
+        return Intensities(answer["left"], answer["right"])
 
     def deposit(self, pheromone: int, x: int, y: int, quanta: int = 1) -> None:
         self._change("DEPOSIT", type=pheromone, x=x, y=y, quanta=quanta)
@@ -328,7 +329,8 @@ class Client:
             self._overhear(body)
 
     def resynchronise(self) -> list[bytes]:
-        """Sends a PING with a new payload and waits for its echo; returns what came before it."""
+        """Sends a PING with a new payload and waits for its echo; returns what came before it, of
+        which it obeys the commands."""
         self._in_step = False
         heard: list[bytes]
         for _ in range(self.tries):
@@ -344,13 +346,14 @@ class Client:
                     self.line.unanswered = b""
                     return heard
                 heard.append(body)
+                self._overhear(body)
             self.line.go_on()
         raise NoAnswer("no echo of a PING")
 
     def _change(self, name: str, **fields: Any) -> dict[str, Any]:
         """Makes a mutating request. The next one takes the next number, whatever becomes of
         this one."""
-        if self._not_accepted >= MOST_AHEAD and self._nonce is not None:
+        if self._not_accepted >= MAX_AHEAD and self._nonce is not None:
             self.hello(self._nonce)  # otherwise it would take us for being behind
         request = build(name, self.client_id, seq=self.next_seq, **fields)
         if not self._in_step:
@@ -374,7 +377,7 @@ class Client:
                     self._look_about()
                 return answer.fields
             if answer.fields["reason"] != wire.BUSY or not left:
-                raise Refused(**answer.fields)
+                raise ErrorAnswer(**answer.fields)
             time.sleep(self.timeout / 4)
         raise NoAnswer(f"no answer to {parse(request)}")
 
@@ -473,4 +476,4 @@ def _resolves(answer: Message, asked: bytes) -> bool:
         and (kind != 2 or fields["number"].to_bytes(4, "little", signed=True) == number)
     )
     rest = max(0, fields["text_length"] - offset)
-    return same and len(fields["text"]) == min(rest, wire.MOST_TEXT["RESOLVE_ANSWER"])
+    return same and len(fields["text"]) == min(rest, wire.MAX_TEXT["RESOLVE_ANSWER"])

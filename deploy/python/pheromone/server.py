@@ -313,6 +313,8 @@ class Server:
             connection.request(method, target, body, headers)
             answer = connection.getresponse()
             content = answer.read()
+        except OSError:
+            raise  # RemoteDisconnected, a connection that was closed, is both
         except http.client.HTTPException as problem:
             raise ProtocolError("no valid HTTP answer: {!r}".format(problem)) from problem
         finally:

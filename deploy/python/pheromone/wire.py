@@ -11,9 +11,14 @@ from typing import Any, NamedTuple
 DLE, STX, ETX = 0x10, 0x02, 0x03
 START, END = bytes((DLE, STX)), bytes((DLE, ETX))
 PAD = b"\x00"  # goes before a frame when nobody can know what stood before it
-MOST_DATA = 64
+MAX_DATA = 64
 EVERYBODY = 0xFF
 ANSWER = 0x80  # the bit by which an answer's opcode differs from its request's
+ROUND, CODED_ROUND, CODED_ROUND_REST = 0xF3, 0xF4, 0xF5  # a coded one begins twice
+MAX_CODED_ROWS = 8
+MAX_PING = 16
+MAX_TYPE = 15  # of pheromones: bits 3 to 0 of an opcode
+UNIT = 4096  # of intensities
 
 
 def crc16(data: bytes) -> int:
@@ -28,8 +33,8 @@ def crc16(data: bytes) -> int:
 
 def encode(body: bytes) -> bytes:
     """The frame of a body, that is of CLIENT_ID, OPCODE and DATA, as it goes onto the wire."""
-    if not 2 <= len(body) <= 2 + MOST_DATA:
-        raise ValueError(f"a body has 2 to {2 + MOST_DATA} bytes, this one {len(body)}")
+    if not 2 <= len(body) <= 2 + MAX_DATA:
+        raise ValueError(f"a body has 2 to {2 + MAX_DATA} bytes, this one {len(body)}")
     checked = body + crc16(body).to_bytes(2, "little")
     return START + checked.replace(bytes((DLE,)), bytes((DLE, DLE))) + END
 
@@ -69,7 +74,7 @@ class Decoder:
         elif not after_dle and byte == DLE:
             self._after_dle = True
         elif not after_dle or byte == DLE:
-            if len(self._open) == 2 + MOST_DATA + 2:
+            if len(self._open) == 2 + MAX_DATA + 2:
                 self._drop("oversize")
             else:
                 self._open.append(byte)
@@ -87,10 +92,12 @@ class Decoder:
     def _count(self) -> None:
         if self._open is None or len(self._open) != 3 or self._open[0] != EVERYBODY:
             return
-        rows = self._open[2] & 0x0F
-        if self._open[1] in (0xF4, 0xF5) and self._open[2] >> 4 == 15 - rows and 1 <= rows <= 8:
+        _, opcode, counts = self._open
+        rows = counts & 0x0F
+        if opcode in (CODED_ROUND, CODED_ROUND_REST) and counts >> 4 == 15 - rows \
+                and 1 <= rows <= MAX_CODED_ROWS:
             self._rows = rows
-            self._counted = 10 * (rows + 1) + (5 if self._open[1] == 0xF4 else 0)
+            self._counted = 10 * (rows + 1) + (5 if opcode == CODED_ROUND else 0)
 
     def _judge(self, complete: bytes) -> bytes | None:
         if len(complete) < 4:
@@ -139,7 +146,7 @@ def decode_round(code: bytes, rows: int) -> bytes:
                 if number != lost:
                     lines[lost][column] ^= line[column]
     data = [lines[i % rows][i // rows] for i in range(8 * rows)]
-    return bytes((EVERYBODY, 0xF3, *data[: 6 + 4 * (data[5] & 0x0F) + (data[5] >> 4) + 2]))
+    return bytes((EVERYBODY, ROUND, *data[: 6 + 4 * (data[5] & 0x0F) + (data[5] >> 4) + 2]))
 
 
 # ---------------------------------------------------------------- messages: section 4
@@ -207,28 +214,30 @@ _LAYOUTS = (
         " response_window_ms last_opcode last_seq",
     ),
     Layout(0xF2, "PING_ANSWER", "", ""),
-    Layout(0xF3, "ROUND", "BBBBB", "number turn_ms turn_bytes slot_ms open_slots"),
+    Layout(ROUND, "ROUND", "BBBBB", "number turn_ms turn_bytes slot_ms open_slots"),
     Layout(0xFE, "ERROR", "BBB", "refused_opcode reason seq"),
 )
 _BY_NAME = {layout.name: layout for layout in _LAYOUTS}
 _BY_OPCODE = {
     layout.opcode | kind: layout
     for layout in _LAYOUTS
-    for kind in (range(1, 16) if layout.typed else (0,))
+    for kind in (range(1, MAX_TYPE + 1) if layout.typed else (0,))
 }
 
-HALT = 1
+HALT, RESUME, SPEED, GO_TO, FOLLOW = 1, 2, 3, 4, 5
 _COMMANDS = {  # code: format and fields of the arguments
     HALT: ("", ""),
-    2: ("", ""),  # resume
-    3: ("h", "speed_mm_s"),
-    4: ("hh", "x y"),  # go to
-    5: ("B", "type_to_follow"),
+    RESUME: ("", ""),
+    SPEED: ("h", "speed_mm_s"),
+    GO_TO: ("hh", "x y"),
+    FOLLOW: ("B", "type_to_follow"),
     6: ("", ""),  # pick the load
     7: ("", ""),  # drop the load
     8: ("Bi", "parameter value"),  # set parameter
     9: ("B", "parameter"),  # get parameter
 }
+
+TRAIL_LOST, POSE_LOST = 5, 11  # codes of EVENT
 
 _REASONS = (
     "unknown opcode, bad length, off the map, unknown pheromone, sequence reused, say hello, busy,"
@@ -239,11 +248,12 @@ REASONS = {
     **dict(enumerate(_REASONS.split(", "), start=1)),
     **dict(enumerate(_TAG_REASONS.split(", "), start=16)),
 }
-UNKNOWN_OPCODE, BAD_LENGTH, SAY_HELLO, BUSY, READ_ONLY, BAD_VALUE = 1, 2, 6, 7, 8, 11
+UNKNOWN_OPCODE, BAD_LENGTH, SAY_HELLO, BUSY, READ_ONLY = 1, 2, 6, 7, 8
+NOT_PERMITTED, BAD_VALUE = 10, 11
 
-MOST_TAG_ROWS = 7
-MOST_TEXT = {"SYMBOL": 56, "RESOLVE_ANSWER": 50}
-MOST_TURNS = 11
+MAX_TAG_ROWS = 7
+MAX_TEXT = {"SYMBOL": 56, "RESOLVE_ANSWER": 50}
+MAX_TURNS = 11
 NO_INTENSITIES = -32768
 """P_L of an answer of a ROUND that is none: P_R is then a reason, or 0 for send it again."""
 
@@ -282,7 +292,7 @@ def _parse_round(body: bytes) -> Message:
     of_turns, of_answers = divmod(data[5], 16)
     values, turns = data[6 : 6 + 4 * of_answers], data[6 + 4 * of_answers :]
     right = len(values) == 4 * of_answers and len(turns) == of_turns
-    if not right or max(of_turns, of_answers) > MOST_TURNS:
+    if not right or max(of_turns, of_answers) > MAX_TURNS:
         raise NotAMessage(BAD_LENGTH, body)
     if body[0] != EVERYBODY or 0 in turns or EVERYBODY in turns:
         raise NotAMessage(BAD_VALUE, body)
@@ -295,18 +305,18 @@ def _build_round(
     client_id: int, answers: list[tuple[int, int]], turns: list[int], **fields: int
 ) -> bytes:
     """The body of a ROUND: in `answers` P_L and P_R of each turn of the last round."""
-    if len(answers) > MOST_TURNS or len(turns) > MOST_TURNS:
-        raise ValueError(f"a ROUND has up to {MOST_TURNS} answers and turns")
+    if len(answers) > MAX_TURNS or len(turns) > MAX_TURNS:
+        raise ValueError(f"a ROUND has up to {MAX_TURNS} answers and turns")
     header = (fields[name] for name in _BY_NAME["ROUND"].fields.split())
     values = b"".join(struct.pack("<hh", *answer) for answer in answers)
     counts = 16 * len(turns) + len(answers)
-    return bytes((client_id, 0xF3, *header, counts)) + values + bytes(turns)
+    return bytes((client_id, ROUND, *header, counts)) + values + bytes(turns)
 
 
 def _parse_scan_answer(body: bytes) -> Message:
     """`rows`: tag, dx, dy, generation of each."""
     rows, odd = divmod(len(body) - 3, 8)
-    if odd or not 0 <= rows <= MOST_TAG_ROWS:
+    if odd or not 0 <= rows <= MAX_TAG_ROWS:
         raise NotAMessage(BAD_LENGTH, body)
     fields = {"more": body[2], "rows": list(struct.iter_unpack("<HhhH", body[3:]))}
     return Message("SCAN_ANSWER", body[0], fields)
@@ -316,10 +326,10 @@ def _parse_text(layout: Layout, body: bytes) -> Message:
     """A message that ends with a text."""
     packing, names = _shape(layout, 0)
     header, text = body[2 : 2 + packing.size], body[2 + packing.size :]
-    if len(header) < packing.size or len(text) > MOST_TEXT[layout.name]:
+    if len(header) < packing.size or len(text) > MAX_TEXT[layout.name]:
         raise NotAMessage(BAD_LENGTH, body)
     fields = dict(zip(names, packing.unpack(header)))
-    if len(text) > fields.get("text_length", MOST_DATA):
+    if len(text) > fields.get("text_length", MAX_DATA):
         raise NotAMessage(BAD_LENGTH, body)
     return Message(layout.name, body[0], {**fields, "text": text})
 
@@ -331,16 +341,16 @@ def parse(body: bytes) -> Message:
     if layout is None:
         raise NotAMessage(UNKNOWN_OPCODE, body)
     if layout.name in ("PING", "PING_ANSWER"):
-        if len(data) > 16:
+        if len(data) > MAX_PING:
             raise NotAMessage(BAD_LENGTH, body)
         return Message(layout.name, client_id, {"payload": data})
     if layout.name == "ROUND":
         return _parse_round(body)
     if layout.name == "SCAN_ANSWER":
         return _parse_scan_answer(body)
-    if layout.name in MOST_TEXT:
+    if layout.name in MAX_TEXT:
         return _parse_text(layout, body)
-    fields = {"type": opcode & 0x0F} if layout.typed else {}
+    fields = {"type": opcode & MAX_TYPE} if layout.typed else {}
     try:
         packing, names = _shape(layout, data[1] if len(data) > 1 else 0)
         fields.update(zip(names, packing.unpack(data)))
@@ -354,24 +364,24 @@ def build(name: str, client_id: int, **fields: Any) -> bytes:
     layout = _BY_NAME[name]
     opcode = layout.opcode
     if layout.typed:
-        if not 1 <= fields["type"] <= 15:
-            raise ValueError(f"pheromone types are 1 to 15, not {fields['type']}")
+        if not 1 <= fields["type"] <= MAX_TYPE:
+            raise ValueError(f"pheromone types are 1 to {MAX_TYPE}, not {fields['type']}")
         opcode |= fields["type"]
     if name == "ROUND":
         return _build_round(client_id, **fields)
     if name in ("PING", "PING_ANSWER"):
-        if len(fields["payload"]) > 16:
-            raise ValueError(f"a PING carries up to 16 bytes, not {len(fields['payload'])}")
+        if len(fields["payload"]) > MAX_PING:
+            raise ValueError(f"a PING carries up to {MAX_PING} bytes, not {len(fields['payload'])}")
         return bytes((client_id, opcode, *fields["payload"]))
     packing, names = _shape(layout, fields.get("code", 0))
     body = bytes((client_id, opcode)) + packing.pack(*(fields[name] for name in names))
     if name == "SCAN_ANSWER":
-        if len(fields["rows"]) > MOST_TAG_ROWS:
-            raise ValueError(f"an answer to SCAN has up to {MOST_TAG_ROWS} rows")
+        if len(fields["rows"]) > MAX_TAG_ROWS:
+            raise ValueError(f"an answer to SCAN has up to {MAX_TAG_ROWS} rows")
         return body + b"".join(struct.pack("<HhhH", *row) for row in fields["rows"])
-    if name in MOST_TEXT:
-        if len(fields["text"]) > MOST_TEXT[name]:
-            raise ValueError(f"{name} carries up to {MOST_TEXT[name]} bytes of text")
+    if name in MAX_TEXT:
+        if len(fields["text"]) > MAX_TEXT[name]:
+            raise ValueError(f"{name} carries up to {MAX_TEXT[name]} bytes of text")
         return body + bytes(fields["text"])
     return body
 

@@ -6,7 +6,7 @@ import itertools
 import random
 import time
 
-from ..client import Refused, ServerInfo, Smell
+from ..client import ErrorAnswer, Intensities, ServerInfo
 from ..wire import DLE, START, build
 from .daemon import Daemon
 from .model import Model
@@ -63,7 +63,7 @@ def leave(robot: Robot, model: Model, kind: int, x: int, y: int, quanta: int = 1
     model.deposit(kind, x, y, quanta)
 
 
-def check_sense(robot: Robot, model: Model, kind: int, x: int, y: int, heading: int) -> Smell:
+def check_sense(robot: Robot, model: Model, kind: int, x: int, y: int, heading: int) -> Intensities:
     expected = model.sense(kind, x, y, heading)
     where = f"type {kind} at ({x}, {y}) heading {heading}"
     got = robot.sense(kind, x, y, heading, wide=True)
@@ -97,7 +97,7 @@ def check_field(robot: Robot, model: Model, seed: random.Random, turns: int) -> 
         y += round(seed.gauss(0, 0.6) * metre)
         return max(left, min(right, x)), max(bottom, min(top, y))
 
-    smells: list[Smell] = []
+    answers: list[Intensities] = []
     deposits = traces = 0
     for _ in range(turns):
         kind = seed.choice(kinds)
@@ -117,17 +117,17 @@ def check_field(robot: Robot, model: Model, seed: random.Random, turns: int) -> 
         kind = seed.choice(kinds)
         x, y = somewhere()
         heading = seed.choice((seed.randrange(65536), 8192 * seed.randrange(8)))
-        smells.append(check_sense(robot, model, kind, x, y, heading))
+        answers.append(check_sense(robot, model, kind, x, y, heading))
     # Much in one place, so that it certainly does not fit the wire unscaled.
     x, y = places[0]
     for column, kind in itertools.product(range(3), kinds):
         leave(robot, model, kind, x + column * model.cell_um // model.pose_unit_um, y, 255)
         deposits += 1
     for heading, kind in itertools.product(range(0, 65536, 4999), kinds):
-        smells.append(check_sense(robot, model, kind, x, y, heading))
-    sensed, nonzero = len(smells), sum(smell != (0, 0) for smell in smells)
-    scaled = sum(32767 in (abs(smell.left), abs(smell.right)) for smell in smells)
-    assert nonzero > sensed / 2, f"only {nonzero} of {sensed} poses smelled anything"
+        answers.append(check_sense(robot, model, kind, x, y, heading))
+    sensed, nonzero = len(answers), sum(it != (0, 0) for it in answers)
+    scaled = sum(32767 in (abs(it.left), abs(it.right)) for it in answers)
+    assert nonzero > sensed / 2, f"only {nonzero} of {sensed} poses sensed anything"
     assert scaled, "no intensity was scaled to fit the wire"
     log(
         f"field: {deposits} DEPOSIT and {traces} TRACE; {sensed} poses sensed, {nonzero} not zero,"
@@ -196,7 +196,7 @@ def check_map_full(robot: Robot, model: Model) -> None:
         seq = robot.next_seq
         try:
             robot.deposit(4, x, y, 2)
-        except Refused as refused:
+        except ErrorAnswer as refused:
             check_equal(refused.reason, 9, str(refused))
             full_at = (x, y)
             break
@@ -222,5 +222,5 @@ def check_map_full(robot: Robot, model: Model) -> None:
         x, y = random_pose.choice(used)
         x, y = x + random_pose.randint(-30, 30), y + random_pose.randint(-30, 30)
         nonzero += check_sense(robot, model, 4, x, y, random_pose.randrange(65536)) != (0, 0)
-    assert nonzero > 25, f"{nonzero} poses of 50 smelled anything"
-    log(f"map full: after {len(used)} tiles in 1 MiB; stored; old tiles still take and smell")
+    assert nonzero > 25, f"{nonzero} poses of 50 sensed anything"
+    log(f"map full: after {len(used)} tiles in 1 MiB; stored; old tiles still take and sense")

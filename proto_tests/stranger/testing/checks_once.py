@@ -55,10 +55,10 @@ def check_exactly_once(robot: Robot, other_link: Line, model: Model) -> None:
     check_quanta(1, "after stale requests")
 
     trace = build("TRACE", me, type=PERMANENT, seq=11, x=x, y=y, heading=0)
-    smell = robot.answer_to(trace)
-    check_equal((smell.fields["left"], smell.fields["right"]), (3584, 3584), "TRACE")
+    answer = robot.answer_to(trace)
+    check_equal((answer.fields["left"], answer.fields["right"]), (3584, 3584), "TRACE")
     check_quanta(2, "after a TRACE")
-    check_equal(robot.answer_to(trace), smell, "repeated TRACE tells what it told first")
+    check_equal(robot.answer_to(trace), answer, "repeated TRACE tells what it told first")
     check_quanta(2, "after a repeated TRACE")
     robot.expect_silence(first, "the DEPOSIT before the TRACE")
 

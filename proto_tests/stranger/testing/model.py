@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from ..client import Smell
+from ..client import Intensities
 
 
 def round_half_away(numerator: int, denominator: int) -> int:
@@ -104,7 +104,7 @@ class Model:
                 y = self.origin_y_um + row * self.cell_um
                 yield x, y, count
 
-    def sense(self, pheromone: int, x: int, y: int, heading: int, now_ms: int = 0) -> Smell:
+    def sense(self, pheromone: int, x: int, y: int, heading: int, now_ms: int = 0) -> Intensities:
         """The expected answer of the server."""
         kind = self.pheromones[pheromone]
         px, py = self.position(x, y)
@@ -130,10 +130,10 @@ def weight_q16(kind: Pheromone, dx: int, dy: int) -> int:
     return max(0, min(65536, value))
 
 
-def fit_to_wire(left: int, right: int) -> Smell:
+def fit_to_wire(left: int, right: int) -> Intensities:
     """Scales two intensities down together if one of them does not fit."""
     most = max(abs(left), abs(right))
     if most <= 32767:
-        return Smell(left, right)
+        return Intensities(left, right)
     small = [abs(p) * 32767 // most for p in (left, right)]
-    return Smell(small[0] if left >= 0 else -small[0], small[1] if right >= 0 else -small[1])
+    return Intensities(small[0] if left >= 0 else -small[0], small[1] if right >= 0 else -small[1])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..client import Client, Line, NoAnswer, Refused, answer_in
+from ..client import Client, ErrorAnswer, Line, NoAnswer, answer_in
 from ..wire import ANSWER, REASONS, Message, NotAMessage, build, encode, parse
 from .report import check_equal
 
@@ -74,7 +74,7 @@ def rebuilt(message: Message) -> bytes:
 def refused_as(reason: int, request: Callable[[], object]) -> None:
     try:
         got = request()
-    except Refused as refused:
+    except ErrorAnswer as refused:
         check_equal(refused.reason, reason, str(refused))
     else:
         raise AssertionError(f"{got} instead of ERROR {reason}")

@@ -10,7 +10,7 @@ from unittest import mock
 
 from . import vectors
 from .. import client
-from ..client import Client, Line, NoAnswer, Refused
+from ..client import Client, ErrorAnswer, Line, NoAnswer
 from ..servers import Servers
 from .model import Model, Pheromone, cosine_q14, fit_to_wire, round_half_away, sine_q14
 from ..wire import (
@@ -161,7 +161,7 @@ def _check_numbers() -> str:
                 server.send(encode(refusal))
             try:
                 robot.event(1)
-            except (Refused, NoAnswer):
+            except (ErrorAnswer, NoAnswer):
                 pass
             assert robot.next_seq == before + 1, f"seq {robot.next_seq} after ERROR {reason}"
         for nonce, last, expected in (
@@ -181,8 +181,9 @@ def _check_numbers() -> str:
 
 
 def _check_commands() -> str:
-    """A COMMAND is obeyed once, acknowledged every time, and halt to all is not acknowledged; a
-    ROUND, in which a client without a period takes no part, is ignored."""
+    """A COMMAND is obeyed once, acknowledged every time, and halt to all is not acknowledged, also
+    before the echo that a request waits for; a ROUND, in which a client without a period takes no
+    part, is ignored."""
     server, line = _line_pair()
     obeyed: list[str] = []
 
@@ -201,10 +202,16 @@ def _check_commands() -> str:
         assert not obeyed
         robot.listen(0.05)
         heard = [server.receive(time.monotonic() + 1) for _ in range(2)]
+        echo = build("PING_ANSWER", 16, payload=robot._ping_tag + (1).to_bytes(8, "little"))
+        server.send(halt + go + b"".join(map(encode, (echo, build("EVENT_ACK", 16, seq=0)))))
+        robot.event(1)  # not in step: sends a PING before it
+        heard += [server.receive(time.monotonic() + 1) for _ in range(3)]
     ack = build("COMMAND_ACK", 16, seq=16, code=4, result=11)
-    assert heard == [ack, ack], f"acknowledged with {heard}"
+    ping = build("PING", 16, payload=echo[2:])
+    event = build("EVENT", 16, seq=0, code=1, argument=0)
+    assert heard == [ack, ack, ping, ack, event], f"sent {heard}"
     go_told, halt_told = "COMMAND id=16 seq=16 code=4 x=528 y=784", "COMMAND id=255 seq=1 code=1"
-    assert obeyed == [go_told, halt_told], f"obeyed {obeyed}"
+    assert obeyed == [go_told, halt_told, halt_told], f"obeyed {obeyed}"
     return "the handling of commands"
 
 
@@ -243,7 +250,7 @@ def _check_list() -> str:
             while not line.left_at:
                 try:
                     robot.event(1)
-                except Refused:
+                except ErrorAnswer:
                     line.now += 0.0625
         assert line.left_at == 1.0, f"left after {line.left_at} s of {REASONS[reason]}"
 

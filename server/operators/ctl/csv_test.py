@@ -20,7 +20,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "proto_tests"))
 from operated_daemon import OperatedDaemon, await_that, write_config  # noqa: E402
-from stranger.client import Client, Refused, open_terminal  # noqa: E402
+from stranger.client import Client, ErrorAnswer, open_terminal  # noqa: E402
 from test_config import map_of, pheromone, pty, table  # noqa: E402
 
 BIN = pathlib.Path()
@@ -59,7 +59,7 @@ class Tables(unittest.TestCase):
         eight.hello(nonce=2)
         seven.deposit(1, 1500, 500, 3)
         eight.deposit(1, 500, 0)  # ahead, in its own frame
-        with self.assertRaises(Refused):
+        with self.assertRaises(ErrorAnswer):
             seven.deposit(1, -500, 0)  # off the map
         seven.event(9, 105)
         self.ctl("paint", "path", 1, 1, 3, 1, "--radius", 0.01, "--units", 0.5)

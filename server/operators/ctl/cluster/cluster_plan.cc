@@ -214,7 +214,7 @@ std::string Instructions(const ClusterPlan& plan, const ClusterMachine& machine)
       "Run these commands on it, in this folder. The order of the machines does not matter; the\n"
       "cluster begins when most of them are ready.\n\n"
       "1. Install. The package of etcd starts it alone; step 2 gives it another folder.\n\n"
-      "     sudo apt install etcd-server\n",
+      "     sudo apt install etcd-server nftables\n",
       machine.name, plan.name, machine.address,
       is_server ? "etcd and pheromoned" : "a witness, which has etcd and no pheromoned");
   if (is_server) {

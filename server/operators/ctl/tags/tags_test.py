@@ -17,7 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[4]
 sys.path[:0] = [str(ROOT / "server/daemon"), str(ROOT / "proto_tests")]
 import running_daemon  # noqa: E402
 from stranger import wire  # noqa: E402
-from stranger.client import Client, Refused, open_terminal  # noqa: E402
+from stranger.client import Client, ErrorAnswer, open_terminal  # noqa: E402
 
 BIN = pathlib.Path()
 ROBOT, INT = -17, -3  # namespaces: a robot's number, a number
@@ -147,7 +147,7 @@ class TagsTest(unittest.TestCase):
             self.assertEqual(one._exchange(claim).name, "WRITE_ANSWER")
             [block] = one.read(1500, 2000, 1)
             self.assertEqual((block["author"], one.scan(1500, 2000)[0][3]), (number, seen + 1))
-            with self.assertRaises(Refused) as refused:  # the next claim with what it saw then
+            with self.assertRaises(ErrorAnswer) as refused:  # the next claim with what it saw then
                 one.write(1500, 2000, 1, statement(number, 2, 1), flags=EXPECT, expected=seen)
             self.assertEqual(refused.exception.reason, 19)
             one.erase(1500, 2000, 1, block["slot"])
@@ -161,12 +161,12 @@ class TagsTest(unittest.TestCase):
         one.define(1, "http://example.org/ns#")
         one.define(2, "occupied")
         one.write(1500, 2000, 1, statement(number, 2, 1), **claim)
-        with self.assertRaises(Refused) as refused:
+        with self.assertRaises(ErrorAnswer) as refused:
             two.write(1500, 2000, 1, statement(other, 2, 1), **claim)
         self.assertEqual(refused.exception.reason, 19)
         self.assertEqual(len(one.read(1500, 2000, 1)), 2)
         self.assertEqual(one.read(1500, 2000, 1)[1]["author"], number)
-        with self.assertRaises(Refused) as refused:
+        with self.assertRaises(ErrorAnswer) as refused:
             two.erase(1500, 2000, 1, 1)
         self.assertEqual(refused.exception.reason, 17)
 
@@ -199,7 +199,7 @@ class TagsTest(unittest.TestCase):
         for i in range(3):  # the third one drops the first
             robot.write(6000, 2000, 2, statement(number, 1 + i, i), time=1138458000 + i)
         robot.write(1500, 2000, 1, statement(number, 1, 3), lease_s=3000)
-        with self.assertRaises(Refused):
+        with self.assertRaises(ErrorAnswer):
             robot.read(6000, 2000, 1)
         lines = self.metrics()
         for sample in ("tags 2", "tags_unconfigured 0", "tag_slots 10", "tag_blocks 3",
