@@ -7,8 +7,8 @@
 //   server.Send("halt", "/api/v1/halt", "{}");
 //
 // Without a socket it publishes the diagnostics of robots only. A map is published when it has
-// changed, at most five times a second, and a quarter of the time is spent on asking at most.
-// Orders wait for one request at most.
+// changed, at most five times a second, obstacles once in five seconds, and a quarter of the time
+// is spent on asking at most. Orders wait for one request at most.
 #pragma once
 
 #include <condition_variable>
