@@ -172,7 +172,7 @@ class Peer {
     while (received_.empty()) {
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
           deadline - std::chrono::steady_clock::now());
-      if (left.count() < 0 || !ReadOnce(static_cast<int>(left.count()))) {
+      if (left.count() < 0 || (!ReadOnce(static_cast<int>(left.count())) && ended_)) {
         return std::nullopt;
       }
     }
@@ -206,7 +206,9 @@ class Peer {
     }
     uint8_t buffer[4096];
     const ssize_t size = read(descriptor_.get(), buffer, sizeof buffer);
-    ended_ = size <= 0;
+    // As in session.cc: a kernel may report the end of a terminal that is merely idle.
+    pollfd line{descriptor_.get(), POLLRDHUP, 0};
+    ended_ = size < 0 || (size == 0 && poll(&line, 1, 0) != 0);
     if (size > 0) {
       decoder_.PushBlock(buffer, static_cast<size_t>(size), 0,
                          [this](const protocol::Message& it) { received_.push_back(it); });
