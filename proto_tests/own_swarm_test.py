@@ -41,6 +41,8 @@ class OwnSwarmTest(unittest.TestCase):
         result = subprocess.run([BIN / "pheromone-swarm", "run", *map(str, arguments)],
                                 cwd=folder or self.folder, text=True, capture_output=True,
                                 timeout=PATIENCE_S, check=False)
+        if status is None:  # whom contention leaves without any answer is chance, and told
+            status = 1 if "received no answer" in result.stderr else 0
         self.assertEqual(result.returncode, status, result)
         return result
 
@@ -77,7 +79,7 @@ class OwnSwarmTest(unittest.TestCase):
         self.serve(self.config)
         with tempfile.TemporaryDirectory() as elsewhere:
             result = self.run_swarm("--robots", 12, "--seconds", 6, "--period", 0.2, "--socket",
-                                    self.folder / "pheromoned.sock", folder=elsewhere)
+                                    self.folder / "pheromoned.sock", folder=elsewhere, status=None)
         at_first, end, at_the_end = result.stderr.partition(" robots had no answer for 0.48 s and stopped")
         self.assertTrue(end, result)
         self.assertRegex(at_first, r"\n\d+ of 12$")
@@ -93,7 +95,7 @@ class OwnSwarmTest(unittest.TestCase):
         (self.folder / "many.toml").write_text(
             text.replace("duration_s = 30\n", "duration_s = 6\n").replace(
                 "[[robots]]\n", "[[robots]]\ncount = 6\n"), encoding="utf-8")
-        result = self.run_swarm("many.toml", "--daemon", "radio-a.pty")
+        result = self.run_swarm("many.toml", "--daemon", "radio-a.pty", status=None)
         at_first, end, at_the_end = result.stderr.partition(" had no answer for 0.48 s and stopped")
         self.assertTrue(end, result)
         for part in (at_first, at_the_end):

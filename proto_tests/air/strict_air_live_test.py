@@ -69,6 +69,9 @@ class Channel:
 
     def kill_daemon(self):
         """And starts it again, from its journal."""
+        # The number of its pty is free then: through this link the air would open what another
+        # program makes of it.
+        (self.folder / "radio-a.pty").unlink()
         self.daemon.kill()
         self.daemon = OperatedDaemon(self.arguments.bin_dir, self.folder)
         self.stack.callback(self.daemon.kill)
