@@ -1,7 +1,7 @@
 // The server's rasters as ROS 2 has maps: nav_msgs/OccupancyGrid, whose rows go upwards from the
-// origin, while the server's first row is the top one.
+// origin. They come as arrays: to parse 512 x 512 numbers as text took most of this program's time.
 //
-//   Result<Grid> grid = ReadGrid(json);        // of /api/v1/field, or of /api/v1/obstacles
+//   Result<Grid> grid = ReadGrid(facts, npy);  // of /api/v1/field, or of /api/v1/obstacles
 //   grid.value().Fill("map", &message);        // which points into the grid
 //
 // What cells mean is in server/formats/ros/names.h.
@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <boost/json/value.hpp>
@@ -31,7 +32,7 @@ struct Grid {
   void Fill(const std::string& frame, OccupancyGrid* message);
 };
 
-/// Error: not such an answer.
-Result<Grid> ReadGrid(const boost::json::value& raster);
+/// `facts` say what the array is of. Error: not such an answer.
+Result<Grid> ReadGrid(const boost::json::value& facts, std::string_view npy);
 
 }  // namespace pheromone::ros2

@@ -1,7 +1,11 @@
 #include "client_fw/ros2/grid.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -10,13 +14,33 @@
 namespace pheromone::ros2 {
 namespace {
 
-Result<Grid> ReadText(const std::string& text) {
-  return ReadGrid(boost::json::parse(text));
+// Of float64 in C order, the top row first (NumPy's format 1.0).
+std::string NpyOf(int rows, int columns, const std::vector<double>& values) {
+  std::string header =
+      fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}", rows, columns);
+  header += std::string(64 - (10 + header.size() + 1) % 64, ' ') + '\n';
+  std::string bytes("\x93NUMPY\x01\x00", 8);
+  bytes += static_cast<char>(header.size() & 0xFF);
+  bytes += static_cast<char>(header.size() >> 8);
+  bytes += header;
+  for (const double value : values) {
+    for (int i = 0; i < 64; i += 8) {
+      bytes += static_cast<char>(std::bit_cast<uint64_t>(value) >> i & 0xFF);
+    }
+  }
+  return bytes;
 }
+
+Result<Grid> ReadText(const std::string& facts, const std::string& npy) {
+  return ReadGrid(boost::json::parse(facts), npy);
+}
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Grid, RowsGoUpwardsAndLevelsToNinetyEight) {
   Grid grid = ReadText(R"({"maximum": 2, "columns": 3, "rows": 2, "origin_m": [-1, 0.5],
-                       "cell_m": 0.25, "values": [[0, 1, 2], [null, 0.01, 3]]})")
+                       "cell_m": 0.25})",
+                       NpyOf(2, 3, {0, 1, 2, kNan, 0.01, 3}))
                   .value();
   EXPECT_EQ(grid.cells, (std::vector<int8_t>{-1, 1, 98, 0, 49, 98}));
   OccupancyGrid message;
@@ -35,24 +59,21 @@ TEST(Grid, RowsGoUpwardsAndLevelsToNinetyEight) {
 }
 
 TEST(Grid, ObstaclesAreAHundred) {
-  EXPECT_EQ(ReadText(R"({"columns": 2, "rows": 1, "origin_m": [0, 0], "cell_m": 1,
-                     "values": [[1, 0]]})")
-                .value()
-                .cells,
+  EXPECT_EQ(ReadText(R"({"origin_m": [0, 0], "cell_m": 1})", NpyOf(1, 2, {1, 0})).value().cells,
             (std::vector<int8_t>{100, 0}));
 }
 
 TEST(Grid, WhatIsNoRasterIsAnError) {
-  for (const char* text :
-       {"null", "{}", R"({"columns": 2, "rows": 1, "origin_m": [0, 0], "cell_m": 1, "values": []})",
-        R"({"columns": 2, "rows": 1, "origin_m": [0, 0], "cell_m": 1, "values": [[1]]})",
-        R"({"columns": 1, "rows": 1, "origin_m": [0, 0], "cell_m": 0, "values": [[1]]})",
-        R"({"columns": 1, "rows": 1, "origin_m": [0], "cell_m": 1, "values": [[1]]})",
-        R"({"columns": 1e18, "rows": 1e18, "origin_m": [0, 0], "cell_m": 1, "values": [[1]]})",
-        R"({"maximum": 0, "columns": 1, "rows": 1, "origin_m": [0, 0], "cell_m": 1,
-            "values": [[1]]})"}) {
-    EXPECT_FALSE(ReadText(text).ok()) << text;
+  const std::string one = NpyOf(1, 1, {1});
+  ASSERT_TRUE(ReadText(R"({"origin_m": [0, 0], "cell_m": 1})", one).ok());
+  for (const char* facts :
+       {"null", "{}", R"({"origin_m": [0, 0], "cell_m": 0})", R"({"origin_m": [0], "cell_m": 1})",
+        R"({"maximum": 0, "origin_m": [0, 0], "cell_m": 1})"}) {
+    EXPECT_FALSE(ReadText(facts, one).ok()) << facts;
   }
+  EXPECT_FALSE(ReadText(R"({"origin_m": [0, 0], "cell_m": 1})", "").ok());
+  EXPECT_FALSE(
+      ReadText(R"({"origin_m": [0, 0], "cell_m": 1})", one.substr(0, one.size() - 1)).ok());
 }
 
 }  // namespace

@@ -20,7 +20,6 @@
 #include "server/base/percent.h"
 #include "server/base/say_line.h"
 #include "server/operators/ctl/json_read.h"
-#include "server/operators/ctl/server_call.h"
 
 namespace pheromone::ros2 {
 namespace {
@@ -143,22 +142,34 @@ void ServerThread::SendOrders() {
   }
 }
 
-std::optional<json::value> ServerThread::Ask(const std::string& target) {
+std::optional<ctl::Reply> ServerThread::Get(const std::string& target) {
   SendOrders();
   if (is_unreachable_ || IsEnding()) {
     return std::nullopt;
   }
-  const ctl::Reply reply =
-      ctl::Ask({.socket = options_.socket, .patience = kPatience}, "GET", target);
-  boost::system::error_code malformed;
-  json::value answer = reply.exit_status == 0 ? json::parse(reply.body, malformed) : nullptr;
-  if (reply.exit_status == 0 && !malformed) {
-    return answer;
+  ctl::Reply reply = ctl::Ask({.socket = options_.socket, .patience = kPatience}, "GET", target);
+  if (reply.exit_status == 0) {
+    return reply;
   }
   // What one request is refused for, others are not: pheromones come and go.
   is_unreachable_ = reply.exit_status == ctl::kNoServer;
-  trouble_ = malformed ? "the server's answer is not JSON: " + malformed.message() : reply.error;
+  trouble_ = reply.error;
   return std::nullopt;
+}
+
+std::optional<json::value> ServerThread::Parse(const std::string& text) {
+  boost::system::error_code malformed;
+  json::value value = json::parse(text, malformed);
+  if (malformed) {
+    trouble_ = "the server's answer is not JSON: " + malformed.message();
+    return std::nullopt;
+  }
+  return value;
+}
+
+std::optional<json::value> ServerThread::Ask(const std::string& target) {
+  const std::optional<ctl::Reply> reply = Get(target);
+  return reply ? Parse(reply->body) : std::nullopt;
 }
 
 void ServerThread::AddLayer(const std::string& pheromone) {
@@ -211,13 +222,14 @@ void ServerThread::FindLayers() {
 }
 
 void ServerThread::PublishLayer(const std::string& pheromone, Layer* layer) {
-  const std::optional<json::value> raster =
-      Ask(pheromone.empty() ? "/api/v1/obstacles"
-                            : "/api/v1/field?pheromone=" + PercentEncode(pheromone));
-  if (!raster) {
+  const std::optional<ctl::Reply> reply =
+      Get(pheromone.empty() ? "/api/v1/obstacles?format=npy"
+                            : "/api/v1/field?format=npy&pheromone=" + PercentEncode(pheromone));
+  const std::optional<json::value> facts = reply ? Parse(reply->raster) : std::nullopt;
+  if (!facts) {
     return;
   }
-  Result<Grid> grid = ReadGrid(*raster);
+  Result<Grid> grid = ReadGrid(*facts, reply->body);
   if (!grid.ok()) {
     trouble_ = grid.error();
     return;

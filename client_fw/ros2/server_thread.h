@@ -31,6 +31,7 @@
 #include "client_fw/ros2/robot_report.h"
 #include "client_fw/ros2/scene.h"
 #include "server/formats/ros/names.h"
+#include "server/operators/ctl/server_call.h"
 
 namespace pheromone::ros2 {
 
@@ -68,6 +69,9 @@ class ServerThread {
   void SendOrders();
   void Turn(int64_t turn);
   /// Sends orders, then asks. Nothing if there is no such answer, with the reason noted.
+  /// Empty: there is none, which is noted. Orders that wait are sent before.
+  std::optional<ctl::Reply> Get(const std::string& target);
+  std::optional<boost::json::value> Parse(const std::string& text);
   std::optional<boost::json::value> Ask(const std::string& target);
   void FindLayers();
   void AddLayer(const std::string& pheromone);

@@ -37,6 +37,7 @@ namespace json = boost::json;
 using Local = asio::local::stream_protocol;
 
 constexpr size_t kMaxBytes = size_t{256} << 20;
+constexpr size_t kReadBytes = size_t{64} << 10;
 constexpr int kBadRequest = 400;
 
 struct Exchange {
@@ -45,6 +46,7 @@ struct Exchange {
   Status trusted = Ok();
   int status = 0;
   std::string body;
+  std::string raster;
 };
 
 // Whoever serves the socket is who listened: another file may have taken its place since it was
@@ -79,6 +81,7 @@ asio::awaitable<void> Talk(const ServerSocket& socket, http::request<http::strin
   // A server that refuses early may have answered although not everything could be sent.
   beast::error_code reading;
   beast::flat_buffer buffer;
+  buffer.reserve(kReadBytes);  // else Beast reads 512 bytes at a time
   http::response_parser<http::string_body> parser;
   parser.body_limit(kMaxBytes);
   co_await http::async_read(stream, buffer, parser, into(&reading));
@@ -89,6 +92,7 @@ asio::awaitable<void> Talk(const ServerSocket& socket, http::request<http::strin
   exchange->talking = {};
   exchange->status = static_cast<int>(parser.get().result_int());
   exchange->body = std::move(parser.get().body());
+  exchange->raster = parser.get()["X-Raster"];
 }
 
 std::string Advice(const std::string& socket, const beast::error_code& error) {
@@ -168,7 +172,7 @@ Reply AskAt(const ServerSocket& socket, std::chrono::seconds patience, std::stri
     const int exit_status = exchange.status == kBadRequest ? kUsage : kFailed;
     return {exit_status, "", WordsOf(exchange)};
   }
-  return {0, std::move(exchange.body)};
+  return {0, std::move(exchange.body), "", std::move(exchange.raster)};
 }
 
 }  // namespace

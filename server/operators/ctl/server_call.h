@@ -35,7 +35,8 @@ struct ServerOptions {
 struct Reply {
   int exit_status = 0;
   std::string body;
-  std::string error = {};  ///< unless the exit status is 0
+  std::string error = {};   ///< unless the exit status is 0
+  std::string raster = {};  ///< JSON: what the body is of, if it is a raster in .npy
 };
 
 /// Sends a request, and waits for the answer. Reports nothing.
