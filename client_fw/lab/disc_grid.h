@@ -1,10 +1,11 @@
 // Which robots are near: a uniform grid of their positions, rebuilt in each step.
 //
-//   DiscGrid grid(map, /*least_cell_m=*/0.5, robots);
+//   DiscGrid grid(map, /*cell_m=*/0.4, robots);
 //   grid.Build(x_m, y_m);
-//   grid.VisitNear(x, y, [&](size_t robot) { ... });   // all within a cell of (x, y), and more
+//   grid.VisitNear(x, y, 0.3, [&](size_t robot) { ... });   // all within 0.3 m of (x, y)
 //
-// Build takes time in proportion to robots and cells, of which there are at most eight a robot.
+// Cells are larger than usual where there would be more than eight a robot: Build takes time in
+// proportion to both.
 // Build is for one thread; between two of them, any number may visit.
 #pragma once
 
@@ -21,19 +22,18 @@ namespace pheromone::lab {
 
 class DiscGrid {
  public:
-  DiscGrid(const field::MapGeometry& map, double least_cell_m, size_t robots)
+  DiscGrid(const field::MapGeometry& map, double usual_cell_m, size_t robots)
       : left_m_(static_cast<double>(map.origin.x) / 1e6),
         bottom_m_(static_cast<double>(map.origin.y) / 1e6),
         next_(robots) {
     const double width_m = static_cast<double>(map.width_um) / 1e6;
     const double height_m = static_cast<double>(map.height_um) / 1e6;
     const double most_cells = std::max(4096.0, 8.0 * static_cast<double>(robots));
-    const double cell_m = std::max(least_cell_m, std::sqrt(width_m * height_m / most_cells));
+    const double cell_m = std::max(usual_cell_m, std::sqrt(width_m * height_m / most_cells));
     per_m_ = 1 / cell_m;
     columns_ = static_cast<int32_t>(width_m * per_m_) + 1;
     rows_ = static_cast<int32_t>(height_m * per_m_) + 1;
-    // With a border of empty cells all around.
-    first_.resize(static_cast<size_t>(columns_ + 2) * static_cast<size_t>(rows_ + 2), kNone);
+    first_.resize(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), kNone);
   }
 
   void Build(std::span<const double> x_m, std::span<const double> y_m) {
@@ -45,14 +45,15 @@ class DiscGrid {
     }
   }
 
-  /// `visit(robot)` for those in the cell of a position and the eight around it.
+  /// `visit(robot)` for all within `reach_m` of a position, and for others that are near.
   template <typename Visit>
-  void VisitNear(double x_m, double y_m, Visit&& visit) const {
-    const size_t stride = static_cast<size_t>(columns_ + 2);
-    const size_t below = CellOf(x_m, y_m) - stride - 1;
-    for (size_t row = 0; row < 3; ++row) {
-      for (size_t column = 0; column < 3; ++column) {
-        for (int32_t robot = first_[below + row * stride + column]; robot != kNone;
+  void VisitNear(double x_m, double y_m, double reach_m, Visit&& visit) const {
+    const size_t first = CellOf(x_m - reach_m, y_m - reach_m);
+    const size_t columns = ColumnOf(x_m + reach_m) - ColumnOf(x_m - reach_m);
+    const size_t last = CellOf(x_m - reach_m, y_m + reach_m);
+    for (size_t row = first; row <= last; row += static_cast<size_t>(columns_)) {
+      for (size_t cell = row; cell <= row + columns; ++cell) {
+        for (int32_t robot = first_[cell]; robot != kNone;
              robot = next_[static_cast<size_t>(robot)]) {
           visit(static_cast<size_t>(robot));
         }
@@ -63,12 +64,12 @@ class DiscGrid {
  private:
   static constexpr int32_t kNone = -1;
 
+  static size_t Along(double cells, int32_t count) {
+    return static_cast<size_t>(std::clamp(static_cast<int32_t>(cells), 0, count - 1));
+  }
+  size_t ColumnOf(double x_m) const { return Along((x_m - left_m_) * per_m_, columns_); }
   size_t CellOf(double x_m, double y_m) const {
-    const auto cell = [](double at, int32_t count) {
-      return static_cast<size_t>(std::clamp(static_cast<int32_t>(at), 0, count - 1) + 1);
-    };
-    return cell((y_m - bottom_m_) * per_m_, rows_) * static_cast<size_t>(columns_ + 2) +
-           cell((x_m - left_m_) * per_m_, columns_);
+    return Along((y_m - bottom_m_) * per_m_, rows_) * static_cast<size_t>(columns_) + ColumnOf(x_m);
   }
 
   double left_m_;

@@ -108,7 +108,7 @@ void Sense(const field::Field& field, uint16_t pose_unit_10um, std::span<const P
   }
 }
 
-void Roll(const StepTime& time, const Slice& slice, Robots* robots) {
+double Roll(const StepTime& time, const Slice& slice, Robots* robots) {
   const Wheels& wheels = slice.group->wheels;
   const double seconds = time.step_s();
   const auto roll = [&](bool failed, double want_m_s, double* speed_m_s) {
@@ -117,6 +117,7 @@ void Roll(const StepTime& time, const Slice& slice, Robots* robots) {
     return sim::RollWheel(target, wheels.acceleration_m_s2, seconds, speed_m_s);
   };
   const bool slips = slice.group->odometry.slip != 0;
+  double most_way_m = 0;
   for (size_t i = slice.first; i < slice.end(); ++i) {
     const bool failed = robots->failed[i] != 0;
     const double left_m = roll(failed, robots->want_left_m_s[i], &robots->left_m_s[i]);
@@ -137,24 +138,31 @@ void Roll(const StepTime& time, const Slice& slice, Robots* robots) {
     robots->next_x_m[i] = next.x_m;
     robots->next_y_m[i] = next.y_m;
     robots->next_heading_rad[i] = next.heading_rad;
+    most_way_m = std::max(most_way_m, std::abs(left_m + right_m) / 2);
+    if (slips) {  // wheels that slip unequally may roll farther together than without
+      most_way_m = std::max(most_way_m, std::abs(true_left_m + true_right_m) / 2);
+    }
   }
+  return most_way_m;
 }
 
-void Collide(const StepTime& time, const DiscGrid& grid, bool colliding, const Walls& walls,
-             const Slice& slice, Robots* robots) {
+void Collide(const StepTime& time, const Surroundings& around, const Slice& slice, Robots* robots) {
   const Robots& all = *robots;
+  const Walls& walls = around.walls;
   for (size_t i = slice.first; i < slice.end(); ++i) {
     const double x = all.next_x_m[i];
     const double y = all.next_y_m[i];
     const double radius = static_cast<double>(all.radius_m[i]);
     uint8_t blocked = kPheromoneNoContact;
-    if (colliding && radius > 0) {
+    if (around.most_radius_m > 0 && radius > 0) {
       const auto goes_first = [&](size_t other) {
         const uint64_t mine = PheromoneHash(time.seed, i, time.step, kRightOfWay);
         const uint64_t others = PheromoneHash(time.seed, other, time.step, kRightOfWay);
         return others > mine || (others == mine && other < i);
       };
-      grid.VisitNear(x, y, [&](size_t other) {
+      // A robot in the way is there now, or comes from no farther than its way.
+      const double reach_m = radius + around.most_radius_m + around.most_way_m;
+      around.grid.VisitNear(x, y, reach_m, [&](size_t other) {
         const double both = radius + static_cast<double>(all.radius_m[other]);
         if (other == i || all.radius_m[other] == 0) {
           return;
@@ -213,17 +221,6 @@ Moves Commit(const StepTime& time, const Slice& slice, Robots* robots) {
     }
   }
   return moves;
-}
-
-double LeastCellM(std::span<const RobotGroup> groups, uint64_t step_ms) {
-  double radius_m = 0;
-  double speed_m_s = 0;
-  for (const RobotGroup& group : groups) {
-    radius_m = std::max(radius_m, group.radius_m);
-    speed_m_s = std::max(speed_m_s, group.wheels.max_speed_m_s);
-  }
-  // Radii are kept in single precision.
-  return 2.001 * radius_m + speed_m_s * static_cast<double>(step_ms) / 1000 + 1e-6;
 }
 
 }  // namespace pheromone::lab

@@ -46,16 +46,22 @@ struct StepTime {
 void Sense(const field::Field& field, uint16_t pose_unit_10um, std::span<const PheromoneSite> sites,
            const StepTime& time, const Slice& slice, Robots* robots);
 
-/// Requires actions within their ranges.
-void Roll(const StepTime& time, const Slice& slice, Robots* robots);
+/// Requires actions within their ranges. Returns the longest way that one of them would go: no less
+/// than the straight line.
+double Roll(const StepTime& time, const Slice& slice, Robots* robots);
+
+struct Surroundings {
+  const DiscGrid& grid;  ///< of the present positions
+  const Walls& walls;
+  double most_radius_m = 0;  ///< of all robots; 0: no two collide
+  double most_way_m = 0;     ///< of all robots in this step
+};
 
 /// A robot may go where its disc overlaps no other one, neither where that one is nor where it goes
 /// if that has the right of way, which is drawn in each step. So no two robots ever overlap after a
 /// step, whatever their order. One that touches a wall already, such as one that has closed on it,
-/// is not held by walls. `grid` has the present positions; `colliding` false: no two robots
-/// collide.
-void Collide(const StepTime& time, const DiscGrid& grid, bool colliding, const Walls& walls,
-             const Slice& slice, Robots* robots);
+/// is not held by walls.
+void Collide(const StepTime& time, const Surroundings& around, const Slice& slice, Robots* robots);
 
 /// What Commit has seen, to be added up.
 struct Moves {
@@ -66,9 +72,5 @@ struct Moves {
 
 /// A blocked robot keeps its place and turns as its wheels say.
 Moves Commit(const StepTime& time, const Slice& slice, Robots* robots);
-
-/// The least side of a grid's cell for Collide: the largest robots side by side, and the way of one
-/// of them in a step.
-double LeastCellM(std::span<const RobotGroup> groups, uint64_t step_ms);
 
 }  // namespace pheromone::lab

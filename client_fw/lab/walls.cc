@@ -5,6 +5,12 @@
 
 namespace pheromone::lab {
 
+AreaM AreaOf(const field::MapGeometry& map) {
+  const auto metres = [](int64_t um) { return static_cast<double>(um) / 1e6; };
+  return {metres(map.origin.x), metres(map.origin.y), metres(map.origin.x + map.width_um),
+          metres(map.origin.y + map.height_um)};
+}
+
 bool DiscTouches(const field::MapGeometry& map, const field::ObstacleMask& mask, int64_t x,
                  int64_t y, int64_t radius) {
   const int64_t half_side = map.cell_um;
@@ -36,7 +42,7 @@ bool DiscTouches(const field::MapGeometry& map, const field::ObstacleMask& mask,
 }
 
 Walls::Walls(const field::FieldConfig& field, double most_radius_m)
-    : map_(field.map), mask_(field.obstacles) {
+    : map_(field.map), map_m_(AreaOf(field.map)), mask_(field.obstacles) {
   if (!mask_ || mask_->empty()) {
     return;
   }

@@ -140,9 +140,11 @@ World::World(WorldConfig config)
       robots_(CountOf(config_.groups), MostSlots(config_.groups), AnyBelieves(config_.groups)),
       slices_(SlicesOf(config_.groups)),
       field_(std::make_unique<field::Field>(config_.field)),
-      walls_(config_.field, MostRadiusM(config_.groups)),
-      grid_(config_.field.map, LeastCellM(config_.groups, time_.step_ms), robots_.count),
-      colliding_(MostRadiusM(config_.groups) > 0),
+      walls_(config_.field, MostRadiusM(config_.groups) * 1.001),
+      // A disc and what it may meet are then in four cells or fewer.
+      grid_(config_.field.map, std::max(4 * MostRadiusM(config_.groups), 0.1), robots_.count),
+      most_radius_m_(static_cast<double>(static_cast<float>(MostRadiusM(config_.groups)))),
+      ways_m_(slices_.size()),
       sites_(config_.sites),
       coverage_(config_.field, config_.coverage_cell_um),
       // More threads than slices would wait for nothing.
@@ -172,13 +174,10 @@ Status World::Place() {
     robots_.believed_y_m = robots_.y_m;
     robots_.believed_heading_rad = robots_.heading_rad;
   }
-  if (!colliding_) {
-    return Ok();
-  }
   BuildGrid();
   std::optional<Error> overlap;
   for (const Slice& slice : slices_) {
-    Collide(time_, grid_, true, walls_, slice, &robots_);
+    Collide(time_, Around(), slice, &robots_);
     for (i = slice.first; i < slice.end() && !overlap; ++i) {
       if (robots_.blocked[i] == kPheromoneRobotContact) {
         overlap = Error{fmt::format("{} starts at ({:g}, {:g}), where it overlaps another robot",
@@ -229,12 +228,12 @@ Status World::Act() {
       if (i == 0) {
         BuildGrid();
       } else {
-        Roll(time_, slices_[i - 1], &robots_);
+        RollSlice(i - 1);
       }
     });
     roll.Await();
-    collide.Work(
-        [&](size_t i) { Collide(time_, grid_, colliding_, walls_, slices_[i], &robots_); });
+    const Surroundings around = Around();
+    collide.Work([&](size_t i) { Collide(time_, around, slices_[i], &robots_); });
     collide.Await();
     commit.Work([&](size_t i) { CommitSlice(slices_[i]); });
   });
@@ -272,13 +271,15 @@ Status World::Run(Phase phase) {
       field_->Advance(time_.now_ms());
       break;
     case Phase::kRoll:
-      each([&](const Slice& slice) { Roll(time_, slice, &robots_); });
+      for (size_t i = 0; i < slices_.size(); ++i) {
+        RollSlice(i);
+      }
       break;
     case Phase::kGrid:
       BuildGrid();
       break;
     case Phase::kCollide:
-      each([&](const Slice& slice) { Collide(time_, grid_, colliding_, walls_, slice, &robots_); });
+      each([&, around = Around()](const Slice& slice) { Collide(time_, around, slice, &robots_); });
       break;
     case Phase::kCommit:
       each([&](const Slice& slice) { CommitSlice(slice); });
@@ -286,6 +287,10 @@ Status World::Run(Phase phase) {
       break;
   }
   return status;
+}
+
+Surroundings World::Around() const {
+  return {grid_, walls_, most_radius_m_, *std::max_element(ways_m_.begin(), ways_m_.end())};
 }
 
 PheromoneView World::ViewOf(const Slice& slice) const {
@@ -426,7 +431,7 @@ Status World::ReplaceObstacles(field::Shared<field::ObstacleMask> obstacles) {
   next.obstacles = std::move(obstacles);
   PHEROMONE_TRY_STATUS(field_->CheckReconfigure(next, time_.now_ms()));
   field_->Reconfigure(next, time_.now_ms());
-  walls_ = Walls(next, MostRadiusM(config_.groups));
+  walls_ = Walls(next, MostRadiusM(config_.groups) * 1.001);
   config_.field.obstacles = next.obstacles;
   return Ok();
 }

@@ -115,6 +115,8 @@ class World {
   Status CheckActions(const Slice& slice) const;
   Status Deposit();
   void BuildGrid() { grid_.Build(robots_.x_m, robots_.y_m); }
+  void RollSlice(size_t slice) { ways_m_[slice] = Roll(time_, slices_[slice], &robots_); }
+  Surroundings Around() const;
   void CommitSlice(const Slice& slice);
   void EndStep() { ++time_.step; }
 
@@ -125,7 +127,8 @@ class World {
   std::unique_ptr<field::Field> field_;
   Walls walls_;
   DiscGrid grid_;
-  bool colliding_;
+  double most_radius_m_;
+  std::vector<double> ways_m_;  // a slice: the longest way in this step
   Sites sites_;
   Coverage coverage_;
   WorkerPool pool_;
