@@ -58,8 +58,9 @@ class Walk {
     at(kEscape) = StepsOf(kEscapeS);
   }
 
-  /// Whether it is getting free of something, or turning: then it is to keep its course. A contact
-  /// gives it one that leads back, by up to a right angle aside.
+  /// Whether it is getting free of something, or turning: then it is to keep its course. From a
+  /// wall, that leads back, by up to a right angle aside; of another robot it keeps to the right,
+  /// by 45 to 90 degrees: so those that meet head-on on a trail pass each other.
   bool Escapes() const {
     if (view_.step == 0) {
       SetCourse(view_.heading_rad[robot_]);
@@ -71,7 +72,10 @@ class Walk {
     if (view_.contact[robot_] == kPheromoneNoContact) {
       return false;
     }
-    Turn(view_.heading_rad[robot_] + std::numbers::pi * (0.5 + Uniform(kDrawEscape)));
+    const double draw = Uniform(kDrawEscape);
+    const double aside =
+        view_.contact[robot_] == kPheromoneRobotContact ? -(0.25 + draw / 4) : 0.5 + draw;
+    Turn(view_.heading_rad[robot_] + std::numbers::pi * aside);
     return true;
   }
 
