@@ -232,7 +232,7 @@ TEST(LabScenarioTest, ParametersAreAllValuesButTheSeedAndTheSweep) {
   };
   EXPECT_TRUE(has("robots[1].count", "7"));
   EXPECT_TRUE(has("robots[1].senses", "[\"trail\", 2]"));
-  EXPECT_TRUE(has("robots[1].parameters.home", "\"pheromone\""));
+  EXPECT_TRUE(has("robots[1].parameters.home", "pheromone"));
   EXPECT_TRUE(has("site[2].at_m", "[7, 5]"));
   for (const auto& [key, value] : scenario.parameters) {
     EXPECT_NE(key, "run.seed");

@@ -102,7 +102,7 @@ void FlattenInto(const Value& value, const std::string& key, KeyValues* to) {
       FlattenInto(value.items[i], fmt::format("{}[{}]", key, i + 1), to);
     }
   } else {
-    to->emplace_back(key, TomlOf(value));
+    to->emplace_back(key, value.kind == Kind::kString ? value.text : TomlOf(value));
   }
 }
 

@@ -24,7 +24,7 @@ Status SetValue(std::string_view key, std::string_view text, config::Value* tree
 
 using KeyValues = std::vector<std::pair<std::string, std::string>>;
 
-/// All values that are no tables, by key, as TOML in one line.
+/// All values that are no tables, by key: texts as they are, others as TOML in one line.
 KeyValues Flatten(const config::Value& tree);
 
 /// A value as TOML in one line.
