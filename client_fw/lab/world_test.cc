@@ -149,29 +149,51 @@ void ExpectNoOverlap(const Robots& robots) {
   }
 }
 
+// Drives all robots at random, and judges after each step.
+WorldTally DriveAtRandom(WorldConfig config, double most_m_s, uint64_t steps) {
+  const auto world = Made(std::move(config));
+  Robots& robots = world->mutable_robots();
+  for (uint64_t step = 0; step < steps; ++step) {
+    for (size_t i = 0; i < robots.count; ++i) {
+      robots.want_left_m_s[i] = most_m_s * PheromoneUniform(1, i, step / 5, 1);
+      robots.want_right_m_s[i] = most_m_s * PheromoneUniform(1, i, step / 5, 2);
+    }
+    EXPECT_TRUE(world->Step().ok());
+    ExpectNoOverlap(robots);
+  }
+  double way_m = 0;
+  for (const double way : robots.way_m) {
+    way_m += way;
+  }
+  EXPECT_GT(way_m, 100);  // it is no crowd that stands
+  return world->tally();
+}
+
 TEST(World, RobotsNeverOverlap) {
   WorldConfig config = SmallWorld();
   config.groups = {Lattice(12, 0.2), Alone({8, 8, 0})};
   config.groups[0].behaviour = nullptr;
   config.groups[0].wheels.acceleration_m_s2 = 0;
   config.groups[1].radius_m = 0.5;
-  const auto world = Made(std::move(config));
-  Robots& robots = world->mutable_robots();
-  for (uint64_t step = 0; step < 120; ++step) {
-    for (size_t i = 0; i < robots.count; ++i) {
-      robots.want_left_m_s[i] = 1.2 * PheromoneUniform(1, i, step / 5, 1);
-      robots.want_right_m_s[i] = 1.2 * PheromoneUniform(1, i, step / 5, 2);
-    }
-    ASSERT_TRUE(world->Step().ok());
-    ExpectNoOverlap(robots);
+  const WorldTally tally = DriveAtRandom(std::move(config), 1.2, 120);
+  EXPECT_GT(tally.moves.robot_contacts, 500u);
+  EXPECT_GT(tally.moves.wall_contacts, 20u);
+}
+
+// They go farther in a step than they are wide.
+TEST(World, SmallAndFastRobotsNeverOverlap) {
+  WorldConfig config = SmallWorld();
+  config.field.map.width_um = config.field.map.height_um = 3'000'000;
+  RobotGroup group = Lattice(1, 0.05);
+  group.behaviour = nullptr;
+  group.starts.clear();
+  for (int i = 0; i < 144; ++i) {
+    group.starts.push_back({0.1 + 0.22 * (i % 12), 0.1 + 0.22 * (i / 12), 2.4 * i});
   }
-  EXPECT_GT(world->tally().moves.robot_contacts, 500u);
-  EXPECT_GT(world->tally().moves.wall_contacts, 20u);
-  double way_m = 0;
-  for (const double way : robots.way_m) {
-    way_m += way;
-  }
-  EXPECT_GT(way_m, 100);  // it is no crowd that stands
+  group.wheels.acceleration_m_s2 = 0;
+  group.wheels.max_speed_m_s = 3;
+  config.groups = {group};
+  EXPECT_GT(DriveAtRandom(std::move(config), 3, 100).moves.robot_contacts, 500u);
 }
 
 TEST(World, ARobotStopsBeforeAWallAndGoesOnWhenItIsGone) {
