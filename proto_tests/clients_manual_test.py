@@ -15,7 +15,7 @@ DEPLOY = pathlib.Path(__file__).resolve().parents[1] / "deploy"
 BIN_DIR = pathlib.Path()
 ROBOTS = ["pheromone-robot"]
 # And their commands, at least.
-WITH_COMMANDS = {"pheromone-swarm": 4, "pheromone-experiments": 7, "pheromone-tracker": 5}
+WITH_COMMANDS = {"pheromone-swarm": 5, "pheromone-experiments": 7, "pheromone-tracker": 5}
 
 # Sources the script and prints what it offers for the words given, the last of which is unfinished.
 DRIVER = """source "$1"; shift
@@ -76,6 +76,9 @@ class ClientsManualTest(unittest.TestCase):
         for program in WITH_COMMANDS:
             self.assertEqual(offered(program, ""), commands_of(program))
         self.assertEqual(offered("pheromone-swarm", "pi"), {"pioneer"})
+        self.assertEqual(offered("pheromone-swarm", "lab", ""), {"run", "list"})
+        self.assertEqual(offered("pheromone-swarm", "lab", "run", "--s"),
+                         {"--set", "--seed", "--summary"})
         for words in [*((program,) for program in ROBOTS), *((program,) for program in WITH_COMMANDS),
                       *((program, command) for program in WITH_COMMANDS
                         for command in commands_of(program))]:
@@ -85,7 +88,7 @@ class ClientsManualTest(unittest.TestCase):
     def test_mistakes_are_told_with_what_is_expected(self):
         for words, told in (
                 ("pheromone-swarm simulate",
-                 'unknown command "simulate", expected one of path, run, live, pioneer'),
+                 'unknown command "simulate", expected one of path, run, live, pioneer, lab'),
                 ("pheromone-swarm live --modem udp://127.0.0.1:4951",
                  '--modem: found "udp://127.0.0.1:4951", expected the path of a terminal device'),
                 ("pheromone-swarm run --medium-access x.toml",

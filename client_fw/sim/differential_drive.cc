@@ -32,6 +32,20 @@ PlanePose MoveOnArc(const PlanePose& pose, double left_m, double right_m, double
           pose.heading_rad + turn};
 }
 
+double WheelTarget(double mm_s, int quantum_mm_s, double max_m_s) {
+  const double speed = quantum_mm_s > 0 ? std::round(mm_s / quantum_mm_s) * quantum_mm_s : mm_s;
+  return std::clamp(speed / 1000, -max_m_s, max_m_s);
+}
+
+double RollWheel(double target_m_s, double limit_m_s2, double seconds, double* speed_m_s) {
+  const double before = *speed_m_s;
+  const double change = target_m_s - before;
+  const double needed = limit_m_s2 > 0 ? std::abs(change) / limit_m_s2 : 0;
+  const double ramp = std::min(needed, seconds);
+  *speed_m_s = ramp < needed ? before + std::copysign(limit_m_s2 * ramp, change) : target_m_s;
+  return (before + *speed_m_s) / 2 * ramp + target_m_s * (seconds - ramp);
+}
+
 DifferentialDrive::DifferentialDrive(const DriveConfig& config, const PlanePose& start)
     : config_(config), pose_(start) {}
 
@@ -61,25 +75,6 @@ bool DifferentialDrive::odometry(client::Odometry* odometry) const {
 void DifferentialDrive::set_wheel_speeds(int16_t left_mm_s, int16_t right_mm_s) {
   left_.target = TargetOf(left_mm_s);
   right_.target = TargetOf(right_mm_s);
-}
-
-double DifferentialDrive::TargetOf(int16_t mm_s) const {
-  double speed = mm_s;
-  if (config_.command_quantum_mm_s > 0) {
-    speed = std::round(speed / config_.command_quantum_mm_s) * config_.command_quantum_mm_s;
-  }
-  return std::clamp(speed / 1000, -config_.max_wheel_speed_m_s, config_.max_wheel_speed_m_s);
-}
-
-// The distance rolled by a wheel that approaches its target speed at the acceleration limit.
-double DifferentialDrive::Roll(Wheel* wheel, double seconds) const {
-  const double change = wheel->target - wheel->speed;
-  const double limit = config_.wheel_acceleration_m_s2;
-  const double needed = limit > 0 ? std::abs(change) / limit : 0;
-  const double ramp = std::min(needed, seconds);
-  const double before = wheel->speed;
-  wheel->speed = ramp < needed ? before + std::copysign(limit * ramp, change) : wheel->target;
-  return (before + wheel->speed) / 2 * ramp + wheel->target * (seconds - ramp);
 }
 
 }  // namespace pheromone::sim

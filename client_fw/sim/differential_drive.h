@@ -37,6 +37,14 @@ struct DriveConfig {
 /// `pose` after its wheels rolled `left_m` and `right_m` along an arc.
 PlanePose MoveOnArc(const PlanePose& pose, double left_m, double right_m, double wheelbase_m);
 
+/// The speed that a wheel approaches when it is commanded `mm_s`: to the nearest of the steps of
+/// `quantum_mm_s` (0: any), and limited.
+double WheelTarget(double mm_s, int quantum_mm_s, double max_m_s);
+
+/// The distance that a wheel rolls in `seconds`, while its speed approaches `target_m_s` by
+/// `limit_m_s2` (0: at once). `*speed_m_s` becomes the speed at the end.
+double RollWheel(double target_m_s, double limit_m_s2, double seconds, double* speed_m_s);
+
 class DifferentialDrive {
  public:
   DifferentialDrive(const DriveConfig& config, const PlanePose& start);
@@ -68,8 +76,12 @@ class DifferentialDrive {
     double target = 0;
   };
 
-  double TargetOf(int16_t mm_s) const;
-  double Roll(Wheel* wheel, double seconds) const;
+  double TargetOf(int16_t mm_s) const {
+    return WheelTarget(mm_s, config_.command_quantum_mm_s, config_.max_wheel_speed_m_s);
+  }
+  double Roll(Wheel* wheel, double seconds) const {
+    return RollWheel(wheel->target, config_.wheel_acceleration_m_s2, seconds, &wheel->speed);
+  }
 
   DriveConfig config_;
   PlanePose pose_;

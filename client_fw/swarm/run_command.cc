@@ -18,6 +18,7 @@
 #include "client_fw/swarm/capacity.h"
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/own_server.h"
+#include "client_fw/swarm/progress_bar.h"
 #include "client_fw/swarm/scenario/report.h"
 #include "client_fw/swarm/scenario/run.h"
 #include "client_fw/swarm/scenario/scenario.h"
@@ -34,21 +35,6 @@ struct RunOptions {
   bool medium_access = false;
   std::string out;
 };
-
-// A bar of 40 places, renewed when the percentage changes.
-std::function<void(int64_t)> ProgressBar(int64_t duration_ms) {
-  if (isatty(STDERR_FILENO) == 0) {
-    return {};
-  }
-  return [duration_ms, shown = int64_t{-1}](int64_t ms) mutable {
-    const int64_t percent = ms * 100 / duration_ms;
-    if (percent != shown) {
-      shown = percent;
-      fmt::print(Unescaped(stderr), "\r[{:<40}] {:3} %",
-                 std::string(static_cast<size_t>(percent * 2 / 5), '#'), percent);
-    }
-  };
-}
 
 // A line a second about a live run; on a terminal it is renewed.
 class StatusLine {
@@ -85,9 +71,7 @@ class StatusLine {
 SwarmRecord RunInVirtualTime(const Scenario& scenario) {
   const std::function<void(int64_t)> bar = ProgressBar(scenario.duration_ms);
   SwarmRecord record = RunScenario(scenario, bar);
-  if (bar) {
-    fmt::print(Unescaped(stderr), "\r{:60}\r", "");
-  }
+  EndProgressBar(bar);
   return record;
 }
 

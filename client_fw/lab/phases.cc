@@ -1,0 +1,226 @@
+#include "client_fw/lab/phases.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "client_fw/lab/chance.h"
+#include "client_fw/sim/differential_drive.h"
+#include "server/core/engine/wire_units.h"
+
+namespace pheromone::lab {
+namespace {
+
+constexpr double kStandingM = 0.001;
+
+uint8_t SiteAt(std::span<const PheromoneSite> sites, double x_m, double y_m) {
+  for (size_t i = 0; i < sites.size(); ++i) {
+    const double dx = x_m - sites[i].x_m;
+    const double dy = y_m - sites[i].y_m;
+    if (dx * dx + dy * dy <= sites[i].radius_m * sites[i].radius_m) {
+      return static_cast<uint8_t>(i + 1);
+    }
+  }
+  return 0;
+}
+
+// The server's answer about one slot; false if the pose is off the map.
+bool SenseSlot(const field::Field& field, const protocol::WirePose& wire, uint16_t pose_unit_10um,
+               uint64_t now_ms, uint8_t type, int16_t* left, int16_t* right) {
+  const std::optional<field::Intensities> p =
+      field.Sense(type, engine::ToField(wire, pose_unit_10um), now_ms);
+  if (!p) {
+    *left = *right = 0;
+    return false;
+  }
+  const engine::WireIntensities answer = engine::ToWire(*p);
+  *left = answer.left;
+  *right = answer.right;
+  return true;
+}
+
+// What a wheel rolls and what the robot's odometry counts.
+struct Rolled {
+  double true_m;
+  double counted_m;
+};
+
+Rolled WithErrors(const OdometryErrors& errors, const StepTime& time, size_t robot, double roll_m,
+                  Use bias, Use noise, Use slip) {
+  const auto normal = [&](uint64_t step, Use use) {
+    return PheromoneNormal(time.seed, robot, step, use);
+  };
+  const double scale = 1 + errors.bias * normal(0, bias) + errors.noise * normal(time.step, noise);
+  const double slipped = errors.slip * PheromoneUniform(time.seed, robot, time.step, slip);
+  return {roll_m * (1 - slipped), roll_m * scale};
+}
+
+// Where the robot believes to be after it has rolled that.
+void Believe(const RobotGroup& group, const StepTime& time, size_t i, double left_m, double right_m,
+             Robots* robots) {
+  sim::PlanePose pose{robots->believed_x_m[i], robots->believed_y_m[i],
+                      robots->believed_heading_rad[i]};
+  pose = sim::MoveOnArc(pose, left_m, right_m, group.wheels.wheelbase_m);
+  const auto period_ms = static_cast<uint64_t>(group.fixes.period_ms);
+  const uint64_t next_ms = time.now_ms() + time.step_ms;
+  if (period_ms != 0 && next_ms / period_ms != time.now_ms() / period_ms) {
+    pose.x_m =
+        robots->x_m[i] + group.fixes.sigma_m * PheromoneNormal(time.seed, i, time.step, kFixX);
+    pose.y_m =
+        robots->y_m[i] + group.fixes.sigma_m * PheromoneNormal(time.seed, i, time.step, kFixY);
+  }
+  robots->believed_x_m[i] = pose.x_m;
+  robots->believed_y_m[i] = pose.y_m;
+  robots->believed_heading_rad[i] = pose.heading_rad;
+}
+
+double SquareOf(double a, double b) {
+  return a * a + b * b;
+}
+
+}  // namespace
+
+void Sense(const field::Field& field, uint16_t pose_unit_10um, std::span<const PheromoneSite> sites,
+           const StepTime& time, const Slice& slice, Robots* robots) {
+  const std::vector<uint8_t>& senses = slice.group->senses;
+  const double* x = robots->BelievedX();
+  const double* y = robots->BelievedY();
+  const double* heading = robots->BelievedHeading();
+  for (size_t i = slice.first; i < slice.end(); ++i) {
+    const client::Pose pose = sim::ToClientPose({x[i], y[i], heading[i]});
+    protocol::WirePose wire{0, 0, pose.heading};
+    bool on_map = client::ToPoseUnits(pose.x_mm, pose_unit_10um, &wire.x) &&
+                  client::ToPoseUnits(pose.y_mm, pose_unit_10um, &wire.y);
+    robots->sensed_x[i] = wire.x;
+    robots->sensed_y[i] = wire.y;
+    robots->sensed_heading[i] = wire.heading;
+    for (size_t slot = 0; slot < senses.size(); ++slot) {
+      int16_t left = 0;
+      int16_t right = 0;
+      if (on_map && (robots->want_sense[i] >> slot & 1) != 0) {
+        on_map = SenseSlot(field, wire, pose_unit_10um, time.now_ms(), senses[slot], &left, &right);
+      }
+      robots->p_left[slot][i] = left;
+      robots->p_right[slot][i] = right;
+    }
+    robots->on_map[i] = on_map ? 1 : 0;
+    robots->site[i] = SiteAt(sites, robots->x_m[i], robots->y_m[i]);
+  }
+}
+
+double Roll(const StepTime& time, const Slice& slice, Robots* robots) {
+  const Wheels& wheels = slice.group->wheels;
+  const double seconds = time.step_s();
+  const auto roll = [&](bool failed, double want_m_s, double* speed_m_s) {
+    const double target =
+        sim::WheelTarget(failed ? 0 : want_m_s * 1000, wheels.quantum_mm_s, wheels.max_speed_m_s);
+    return sim::RollWheel(target, wheels.acceleration_m_s2, seconds, speed_m_s);
+  };
+  const bool slips = slice.group->odometry.slip != 0;
+  double most_way_m = 0;
+  for (size_t i = slice.first; i < slice.end(); ++i) {
+    const bool failed = robots->failed[i] != 0;
+    const double left_m = roll(failed, robots->want_left_m_s[i], &robots->left_m_s[i]);
+    const double right_m = roll(failed, robots->want_right_m_s[i], &robots->right_m_s[i]);
+    robots->roll_left_m[i] = left_m;
+    robots->roll_right_m[i] = right_m;
+    double true_left_m = left_m;
+    double true_right_m = right_m;
+    if (slips) {
+      const OdometryErrors& errors = slice.group->odometry;
+      true_left_m = WithErrors(errors, time, i, left_m, kLeftBias, kLeftNoise, kLeftSlip).true_m;
+      true_right_m =
+          WithErrors(errors, time, i, right_m, kRightBias, kRightNoise, kRightSlip).true_m;
+    }
+    const sim::PlanePose next =
+        sim::MoveOnArc({robots->x_m[i], robots->y_m[i], robots->heading_rad[i]}, true_left_m,
+                       true_right_m, wheels.wheelbase_m);
+    robots->next_x_m[i] = next.x_m;
+    robots->next_y_m[i] = next.y_m;
+    robots->next_heading_rad[i] = next.heading_rad;
+    most_way_m = std::max(most_way_m, std::abs(left_m + right_m) / 2);
+    if (slips) {  // wheels that slip unequally may roll farther together than without
+      most_way_m = std::max(most_way_m, std::abs(true_left_m + true_right_m) / 2);
+    }
+  }
+  return most_way_m;
+}
+
+void Collide(const StepTime& time, const Surroundings& around, const Slice& slice, Robots* robots) {
+  const Robots& all = *robots;
+  const Walls& walls = around.walls;
+  for (size_t i = slice.first; i < slice.end(); ++i) {
+    const double x = all.next_x_m[i];
+    const double y = all.next_y_m[i];
+    const double radius = static_cast<double>(all.radius_m[i]);
+    uint8_t blocked = kPheromoneNoContact;
+    if (around.most_radius_m > 0 && radius > 0) {
+      const auto goes_first = [&](size_t other) {
+        const uint64_t mine = PheromoneHash(time.seed, i, time.step, kRightOfWay);
+        const uint64_t others = PheromoneHash(time.seed, other, time.step, kRightOfWay);
+        return others > mine || (others == mine && other < i);
+      };
+      // A robot in the way is there now, or comes from no farther than its way.
+      const double reach_m = radius + around.most_radius_m + around.most_way_m;
+      around.grid.VisitNear(x, y, reach_m, [&](size_t other) {
+        const double both = radius + static_cast<double>(all.radius_m[other]);
+        if (other == i || all.radius_m[other] == 0) {
+          return;
+        }
+        if (SquareOf(x - all.x_m[other], y - all.y_m[other]) < both * both ||
+            (SquareOf(x - all.next_x_m[other], y - all.next_y_m[other]) < both * both &&
+             goes_first(other))) {
+          blocked = kPheromoneRobotContact;
+        }
+      });
+    }
+    if (!walls.IsOnMap(x, y) ||
+        (walls.Touches(x, y, radius) && !walls.Touches(all.x_m[i], all.y_m[i], radius))) {
+      blocked = kPheromoneWallContact;
+    }
+    robots->blocked[i] = blocked;
+  }
+}
+
+Moves Commit(const StepTime& time, const Slice& slice, Robots* robots) {
+  const RobotGroup& group = *slice.group;
+  const bool believes = group.odometry.any() || group.fixes.period_ms != 0;
+  Moves moves;
+  for (size_t i = slice.first; i < slice.end(); ++i) {
+    double left_m = robots->roll_left_m[i];
+    double right_m = robots->roll_right_m[i];
+    const uint8_t blocked = robots->blocked[i];
+    double moved_m = std::abs(left_m + right_m) / 2;
+    robots->heading_rad[i] = robots->next_heading_rad[i];
+    if (blocked == kPheromoneNoContact) {
+      robots->x_m[i] = robots->next_x_m[i];
+      robots->y_m[i] = robots->next_y_m[i];
+      robots->way_m[i] += moved_m;
+    } else {
+      moved_m = 0;
+      left_m = (left_m - right_m) / 2;
+      right_m = -left_m;
+      robots->left_m_s[i] = (robots->left_m_s[i] - robots->right_m_s[i]) / 2;
+      robots->right_m_s[i] = -robots->left_m_s[i];
+      if (robots->contact[i] != blocked) {
+        ++(blocked == kPheromoneRobotContact ? moves.robot_contacts : moves.wall_contacts);
+      }
+    }
+    robots->contact[i] = blocked;
+    moves.standing += moved_m < kStandingM ? 1u : 0u;
+    if (believes) {
+      const OdometryErrors& errors = group.odometry;
+      Believe(group, time, i,
+              WithErrors(errors, time, i, left_m, kLeftBias, kLeftNoise, kLeftSlip).counted_m,
+              WithErrors(errors, time, i, right_m, kRightBias, kRightNoise, kRightSlip).counted_m,
+              robots);
+    } else if (!robots->believed_x_m.empty()) {
+      robots->believed_x_m[i] = robots->x_m[i];
+      robots->believed_y_m[i] = robots->y_m[i];
+      robots->believed_heading_rad[i] = robots->heading_rad[i];
+    }
+  }
+  return moves;
+}
+
+}  // namespace pheromone::lab

@@ -1,0 +1,49 @@
+// A run of a scenario: its events at their times, and what is measured.
+//
+//   const Result<LabResult> run = RunLab(scenario, /*threads=*/2, {});
+//   for (const auto& [name, value] : MeasuresOf(run.value())) ...
+//
+// Measures, of the whole run:
+//   deliveries_per_robot_hour    loads brought to a nest
+//   trip_s, path_efficiency      of them: the mean time since they were picked up, and the sum of
+//                                shortest ways (field::FindRoute, from rim to rim) over that of
+//                                ways
+//   ..._contacts_per_robot_hour  begun, with other robots and with walls
+//   standing_share               of robots and steps: moved by less than a millimetre
+//   covered_share                of the places of [measure], those that a robot was at
+//   idle_mean_s, idle_most_s     the time since a robot was at a place, over places and time, and
+//   at
+//                                the end the longest
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client_fw/lab/scenario/scenario.h"
+#include "client_fw/lab/world.h"
+#include "server/base/result.h"
+
+namespace pheromone::lab {
+
+struct LabResult {
+  size_t robots = 0;
+  int64_t step_ms = 200;
+  uint64_t steps = 0;
+  uint64_t hash = 0;
+  WorldTally tally;
+  Trips trips;
+  Coverage::Share coverage;
+};
+
+/// The same result for any number of threads. `progress` is told the time after each step; it may
+/// be empty. Errors: those of World.
+Result<LabResult> RunLab(const LabScenario& scenario, int threads,
+                         const std::function<void(int64_t ms)>& progress);
+
+/// Names and values, in the order of the summary's columns.
+std::vector<std::pair<std::string, double>> MeasuresOf(const LabResult& result);
+
+}  // namespace pheromone::lab

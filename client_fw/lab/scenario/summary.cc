@@ -1,0 +1,101 @@
+#include "client_fw/lab/scenario/summary.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "server/base/descriptor.h"
+#include "server/base/format.h"
+
+namespace pheromone::lab {
+namespace {
+
+// As in RFC 4180.
+std::string Field(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
+    return std::string(text);
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    quoted += (c == '"' ? "\"" : "") + std::string(1, c);
+  }
+  return quoted + '"';
+}
+
+void Add(std::string_view name, std::string_view value, SummaryRow* row) {
+  row->header += (row->header.empty() ? "" : ",") + Field(name);
+  row->row += (row->row.empty() ? "" : ",") + Field(value);
+}
+
+Result<std::string> ReadAll(const std::string& path, int file) {
+  std::string text;
+  char buffer[1 << 16];
+  while (true) {
+    const ssize_t size = pread(file, buffer, sizeof buffer, static_cast<off_t>(text.size()));
+    if (size < 0) {
+      return SystemError(path);
+    }
+    if (size == 0) {
+      return text;
+    }
+    text.append(buffer, static_cast<size_t>(size));
+  }
+}
+
+bool HasLine(std::string_view text, std::string_view line) {
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = text.find('\n', begin);
+    if (text.substr(begin, end - begin) == line) {
+      return true;
+    }
+    begin = end + 1;
+  }
+  return false;
+}
+
+}  // namespace
+
+SummaryRow SummaryOf(const LabScenario& scenario, const LabResult& result,
+                     std::string_view commit) {
+  SummaryRow row;
+  Add("scenario", scenario.name, &row);
+  Add("commit", commit, &row);
+  Add("seed", std::to_string(scenario.world.seed), &row);
+  for (const auto& [key, value] : scenario.parameters) {
+    Add(key, value, &row);
+  }
+  for (const auto& [name, value] : MeasuresOf(result)) {
+    Add(name, ShortestText(value), &row);
+  }
+  Add("hash", HexText(result.hash), &row);
+  return row;
+}
+
+Status AppendRow(const std::string& path, const SummaryRow& row) {
+  const Descriptor file(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (!file.valid() || flock(file.get(), LOCK_EX) != 0) {
+    return SystemError(path);
+  }
+  PHEROMONE_TRY(std::string text, ReadAll(path, file.get()));
+  text.resize(text.rfind('\n') + 1);  // npos + 1 is 0
+  std::string more = row.row + '\n';
+  if (text.empty()) {
+    more = row.header + '\n' + more;
+  } else if (text.substr(0, text.find('\n')) != row.header) {
+    return Error{path +
+                 ": found rows with other columns, expected those of this scenario; write "
+                 "its runs to a file of their own"};
+  } else if (HasLine(text, row.row)) {
+    return Ok();
+  }
+  const auto at = static_cast<off_t>(text.size());
+  if (ftruncate(file.get(), at) != 0 ||
+      pwrite(file.get(), more.data(), more.size(), at) != static_cast<ssize_t>(more.size()) ||
+      fsync(file.get()) != 0) {
+    return SystemError(path);
+  }
+  return Ok();
+}
+
+}  // namespace pheromone::lab

@@ -1,0 +1,152 @@
+#include "client_fw/swarm/lab_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client_fw/lab/commit.h"
+#include "client_fw/lab/scenario/run.h"
+#include "client_fw/lab/scenario/scenario.h"
+#include "client_fw/lab/scenario/summary.h"
+#include "client_fw/lab/scenario/sweep.h"
+#include "client_fw/swarm/command.h"
+#include "client_fw/swarm/progress_bar.h"
+#include "server/base/file.h"
+#include "server/base/format.h"
+
+namespace pheromone::swarm {
+namespace {
+
+struct LabOptions {
+  std::string file;
+  std::vector<std::string> settings;
+  std::optional<uint64_t> seed;
+  int threads = 1;
+  std::string summary;
+};
+
+// KEY=VALUE each; --seed is run.seed.
+Result<lab::KeyValues> SettingsOf(const LabOptions& options) {
+  lab::KeyValues settings;
+  for (const std::string& text : options.settings) {
+    const size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      return Error{"--set " + text + ": expected KEY=VALUE, such as robots[1].count=20"};
+    }
+    settings.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  if (options.seed) {
+    settings.emplace_back("run.seed", std::to_string(*options.seed));
+  }
+  return settings;
+}
+
+int RunOne(const LabOptions& options) {
+  const Result<lab::KeyValues> settings = SettingsOf(options);
+  if (!settings.ok()) {
+    return Fail(settings.error(), kWrongInput);
+  }
+  const Result<lab::LabScenario> scenario = lab::LoadLabScenario(options.file, settings.value());
+  if (!scenario.ok()) {
+    return Fail(scenario.error(), kWrongInput);
+  }
+  for (const config::Warning& warning : scenario.value().warnings) {
+    fmt::print(stderr, "{}\n", warning.text);
+  }
+  const std::function<void(int64_t)> bar = ProgressBar(scenario.value().duration_ms);
+  const Result<lab::LabResult> result = lab::RunLab(scenario.value(), options.threads, bar);
+  EndProgressBar(bar);
+  if (!result.ok()) {
+    return Fail(result.error(), kFailed);
+  }
+  for (const auto& [name, value] : lab::MeasuresOf(result.value())) {
+    fmt::print("{:<30} {:.6g}\n", name, value);
+  }
+  fmt::print("{:<30} {}\n", "hash", HexText(result.value().hash));
+  if (options.summary.empty()) {
+    return 0;
+  }
+  const Status appended = lab::AppendRow(
+      options.summary, lab::SummaryOf(scenario.value(), result.value(), lab::SourceCommit()));
+  return appended.ok() ? 0 : Fail(appended.error(), kFailed);
+}
+
+// Each combination is tried, so that a mistake is told before a thousand runs are begun.
+Status CheckRuns(const LabOptions& options, const std::vector<lab::SweepRun>& runs) {
+  const lab::KeyValues* checked = nullptr;
+  for (const lab::SweepRun& run : runs) {
+    if (checked == nullptr || run.settings != *checked) {
+      PHEROMONE_TRY_STATUS(lab::LoadLabScenario(options.file, run.settings));
+      checked = &run.settings;
+    }
+  }
+  return Ok();
+}
+
+int ListRuns(const LabOptions& options) {
+  const Result<std::string> text = ReadFile(options.file, config::kMaxText);
+  if (!text.ok()) {
+    return Fail(text.error(), kWrongInput);
+  }
+  const Result<config::Value> tree = config::ParseDocument(text.value(), options.file);
+  if (!tree.ok()) {
+    return Fail(tree.error(), kWrongInput);
+  }
+  const Result<std::vector<lab::SweepRun>> runs = lab::RunsOf(tree.value(), options.file);
+  if (!runs.ok()) {
+    return Fail(runs.error(), kWrongInput);
+  }
+  if (const Status good = CheckRuns(options, runs.value()); !good.ok()) {
+    return Fail(good.error(), kWrongInput);
+  }
+  for (const lab::SweepRun& run : runs.value()) {
+    fmt::print("{}\n", lab::CommandOf(run, options.file, options.summary));
+  }
+  return 0;
+}
+
+}  // namespace
+
+void AddLabCommand(CLI::App* app, int* status) {
+  CLI::App* command = app->add_subcommand(
+      "lab", "Swarms of thousands on the server's own field, without radio: run, list");
+  command->require_subcommand(1);
+  auto options = std::make_shared<LabOptions>();
+  const auto add = [&](const std::string& name, const std::string& description) {
+    CLI::App* one = command->add_subcommand(name, description);
+    one->add_option("scenario", options->file,
+                    "A TOML file; examples are in client_fw/lab/examples")
+        ->required()
+        ->type_name("FILE");
+    return one;
+  };
+  CLI::App* run = add("run", "Run a scenario and print what was measured");
+  run->add_option("--set", options->settings,
+                  "Replace a value of the file, such as robots[1].count=20; any number of times")
+      ->allow_extra_args(false)
+      ->type_name("KEY=VALUE");
+  run->add_option("--seed", options->seed, "Replace the seed of the file")->type_name("N");
+  run->add_option("--threads", options->threads,
+                  "That share the work; the results are the same (default: 1)")
+      ->check(CLI::Range(1, 256))
+      ->type_name("N");
+  run->add_option("--summary", options->summary,
+                  "Append a row with all parameters, the seed, the commit, what was measured and "
+                  "the hash to this CSV file, if it has no such row")
+      ->type_name("FILE");
+  run->callback([options, status] { *status = RunOne(*options); });
+  CLI::App* list =
+      add("list", "Print a command for each run of the scenario's [sweep], for GNU parallel");
+  list->add_option("--summary", options->summary, "That each command appends its row to this file")
+      ->type_name("FILE");
+  list->callback([options, status] { *status = ListRuns(*options); });
+}
+
+}  // namespace pheromone::swarm
