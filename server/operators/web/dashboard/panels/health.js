@@ -30,17 +30,18 @@ export class HealthPanel {
     const links = [...store.links.values()];
     const isRecorded = links.some((it) => it.kind === 'recorded');   // bytes alone: not whether it was up
     const working = links.filter((it) => (isRecorded ? it.bytes_per_s > 0 : it.up));
-    setText(this.links.count, links.length ? `${working.length} of ${links.length} ${isRecorded ? 'with traffic' : 'up'}` : '');
+    const here = links.filter((it) => it.role !== 'elsewhere');   // others have their modem at another node
+    setText(this.links.count, here.length ? `${working.length} of ${here.length} ${isRecorded ? 'with traffic' : 'up'}` : '');
     this.links.body.replaceChildren(...links.map((link) => {
       const used = link.utilisation === null ? `${bytes(link.bytes_per_s)}/s` : percent(link.utilisation);
       const bar = h('i');
       bar.style.transform = `scaleX(${Math.min(1, link.utilisation ?? 0).toFixed(3)})`;
       const row = h('div', {class: 'row link', title: `${link.kind} ${link.address}: ${link.state}, ${count(link.errors)} errors`},
-                    h('i', {class: `dot ${working.includes(link) ? (link.silent ? 'warn' : 'good') : isRecorded ? '' : 'bad'}`}),
+                    h('i', {class: `dot ${working.includes(link) ? (link.silent ? 'warn' : 'good') : isRecorded || !here.includes(link) ? '' : 'bad'}`}),
                     h('span', {}, link.name, ' ', h('span', {class: 'dim'}, isRecorded ? (working.includes(link) ? '' : 'no traffic') : link.up ? link.kind : link.state)),
                     h('span', {class: `meter${link.utilisation > 0.8 ? ' warn' : ''}`, title: 'Share of the channel in use'}, bar),
                     h('span', {class: 'end'}, used));
-      return link.up || !link.last_error ? row : [row, h('p', {class: 'trouble'}, link.last_error)];
+      return link.up || !link.last_error || !here.includes(link) ? row : [row, h('p', {class: 'trouble'}, link.last_error)];
     }).flat());
   }
 
