@@ -112,18 +112,19 @@ int pheromone_behaviour_v1(const struct PheromoneView* view, const struct Pherom
 }
 #endif
 
+/// A step of the hash below, as in server/base/hash.h.
+static inline uint64_t PheromoneHashStep(uint64_t hash, uint64_t word) {
+  uint64_t z = hash + word + 0x9E3779B97F4A7C15u;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+  return z ^ (z >> 31);
+}
+
 /// Chance as a hash of what it is for: the same whoever asks and how often. `use` tells apart what
-/// one robot draws in one step; a behaviour's own are below 1000. The steps of server/base/hash.h.
+/// one robot draws in one step; a behaviour's own are below 1000.
 static inline uint64_t PheromoneHash(uint64_t seed, uint64_t robot, uint64_t step, uint64_t use) {
-  const uint64_t words[4] = {seed, robot, step, use};
-  uint64_t z = 0;
-  for (int i = 0; i < 4; ++i) {
-    z += words[i] + 0x9E3779B97F4A7C15u;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    z ^= z >> 31;
-  }
-  return z;
+  const uint64_t of_robot = PheromoneHashStep(PheromoneHashStep(0, seed), robot);
+  return PheromoneHashStep(PheromoneHashStep(of_robot, step), use);
 }
 
 /// The same as a number from 0 up to, but not including, 1, in steps of 2^-52.

@@ -1,6 +1,7 @@
 // A group of robots: those that differ only in their start poses, and what they are like.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -47,5 +48,8 @@ struct RobotGroup {
   /// Null: whoever owns the world writes the actions, between World::Sense and World::Act.
   std::shared_ptr<Behaviour> behaviour;
 };
+
+/// Of a robot in messages; `robot` is its index in the world.
+std::string NameOf(const RobotGroup& group, size_t robot);
 
 }  // namespace pheromone::lab

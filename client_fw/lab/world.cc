@@ -46,10 +46,6 @@ double MostRadiusM(std::span<const RobotGroup> groups) {
   return most;
 }
 
-std::string NameOf(const RobotGroup& group, size_t robot) {
-  return fmt::format("robot {} (index {}) of \"{}\"", robot + 1, robot, group.name);
-}
-
 Status CheckGroup(const field::FieldConfig& field, const RobotGroup& group) {
   if (group.starts.empty() || group.senses.size() > kPheromoneSlots) {
     return Error{
@@ -109,6 +105,10 @@ class FirstError {
 };
 
 }  // namespace
+
+std::string NameOf(const RobotGroup& group, size_t robot) {
+  return fmt::format("robot {} (index {}) of \"{}\"", robot + 1, robot, group.name);
+}
 
 Result<std::unique_ptr<World>> World::Create(WorldConfig config) {
   const size_t count = CountOf(config.groups);

@@ -77,7 +77,8 @@ class World {
   /// Phases 1 and 2. The actions of groups with a behaviour are then decided; those of the others
   /// are what they were, and whoever owns the world may write them now.
   Status Sense();
-  /// The rest of the step.
+  /// The rest of the step. Wrong actions of groups without a behaviour are found first: then
+  /// nothing has happened, and others may be tried.
   Status Act();
 
   const StepTime& time() const { return time_; }
@@ -87,6 +88,7 @@ class World {
   std::span<const RobotGroup> groups() const { return config_.groups; }
   const field::Field& field() const { return *field_; }
   Sites& sites() { return sites_; }
+  const Sites& sites() const { return sites_; }
   const Coverage& coverage() const { return coverage_; }
   const WorldTally& tally() const { return tally_; }
 

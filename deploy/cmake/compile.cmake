@@ -23,6 +23,11 @@ endif()
 add_compile_options(-Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow
                     $<$<COMPILE_LANGUAGE:CXX>:-Wold-style-cast>
                     -ffp-contract=off $<$<BOOL:${PHEROMONE_WERROR}>:-Werror>)
+# Libraries that a module of Python can have in it (client_fw/lab/python), as fast as others: nobody
+# replaces a function of ours when a program is loaded, so it may be inlined.
+if(NOT PHEROMONE_SANITIZE)
+  add_compile_options(-fPIC $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
+endif()
 # At -O3, g++ 12 takes "text" + string for a copy onto itself (GCC bug 105651, fixed in 13).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   add_compile_options($<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-Wno-restrict>)

@@ -38,7 +38,7 @@ class Walk {
   /// For this long after a contact it goes away from it.
   static constexpr double kEscapeS = 2;
   /// It turns on the spot at this speed if its course is this far aside.
-  static constexpr double kTurnM_s = 0.1;
+  static constexpr double kTurnMPerS = 0.1;
   static constexpr double kAsideRad = 0.8;
 
   Walk(const PheromoneView& view, const PheromoneActions& actions, size_t robot)
@@ -89,7 +89,7 @@ class Walk {
     const double aside =
         std::remainder(at(kCourse) - view_.heading_rad[robot_], 2 * std::numbers::pi);
     if (std::abs(aside) > kAsideRad) {
-      const double turn = std::copysign(std::min(kTurnM_s, speed_m_s), aside);
+      const double turn = std::copysign(std::min(kTurnMPerS, speed_m_s), aside);
       return {-turn, turn};
     }
     // The rest of the angle in about four steps.

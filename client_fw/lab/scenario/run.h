@@ -38,6 +38,9 @@ struct LabResult {
   Coverage::Share coverage;
 };
 
+/// What was measured in a world until now.
+LabResult ResultOf(const World& world);
+
 /// The same result for any number of threads. `progress` is told the time after each step; it may
 /// be empty. Errors: those of World.
 Result<LabResult> RunLab(const LabScenario& scenario, int threads,

@@ -249,6 +249,9 @@ Result<std::unique_ptr<World>> MakeWorld(const LabScenario& scenario, int thread
   for (size_t i = 0; i < config.groups.size(); ++i) {
     const BehaviourPlan& plan = scenario.plans[i];
     RobotGroup& group = config.groups[i];
+    if (plan.outside) {
+      continue;
+    }
     if (plan.kind != nullptr) {
       group.behaviour = plan.kind->make(plan.values, group.starts.size());
     } else {

@@ -28,6 +28,7 @@ namespace pheromone::lab {
 
 /// How the behaviour of a group is made, anew for each world.
 struct BehaviourPlan {
+  bool outside = false;                 ///< whoever owns the world decides; the rest is unused
   const BehaviourKind* kind = nullptr;  ///< null: a plug-in
   ParameterValues values;
   std::string plugin;  ///< its path

@@ -74,7 +74,14 @@ SummaryRow SummaryOf(const LabScenario& scenario, const LabResult& result,
 
 Status AppendRow(const std::string& path, const SummaryRow& row) {
   const Descriptor file(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
-  if (!file.valid() || flock(file.get(), LOCK_EX) != 0) {
+  struct stat about {};
+  if (!file.valid() || fstat(file.get(), &about) != 0) {
+    return SystemError(path);
+  }
+  if (!S_ISREG(about.st_mode)) {  // reading a device might never end
+    return Error{path + ": is not a regular file, expected one"};
+  }
+  if (flock(file.get(), LOCK_EX) != 0) {
     return SystemError(path);
   }
   PHEROMONE_TRY(std::string text, ReadAll(path, file.get()));

@@ -54,6 +54,13 @@ TEST_F(SummaryTest, RowsWithOtherColumnsAreNotMixed) {
   EXPECT_EQ(Text(), "a,b\n1,2\n");
 }
 
+TEST_F(SummaryTest, ADeviceIsNoFileOfRows) {
+  EXPECT_EQ(AppendRow("/dev/full", {"a", "1"}).ErrorOr("none"),
+            "/dev/full: is not a regular file, expected one");
+  EXPECT_EQ(AppendRow("/nonexistent/x.csv", {"a", "1"}).ErrorOr("none"),
+            "/nonexistent/x.csv: No such file or directory");
+}
+
 TEST_F(SummaryTest, ManyAppendAtOnce) {
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i) {
