@@ -1,55 +1,36 @@
-// A CleaningState in two words, or in three with its levels of soil, so that states that differ
-// only in what does not matter are equal: robots are interchangeable and, where nothing depends on
-// the place, so are the directions on the grid.
+// A CleaningState in as few 64-bit words as its floor needs, so that states that differ only in
+// what does not matter are equal: robots are interchangeable and, where nothing depends on the
+// place, so are the ways to lay the floor onto itself.
 //
-//   CleaningKeys<2> keys(world, /*symmetric=*/true);
-//   const auto packed = keys.Pack(state);   // packed.key, and how the grid was turned
-//   const CleaningState same = keys.Unpack(packed.key);
+//   CleaningKeys keys(world, {.symmetric = true}, starts);
+//   const auto packed = keys.Pack(state);   // packed.key, and how the floor was turned
+//   const CleaningState same = keys.Unpack(packed.key.data());
+//
+// What is not asked for is not in the key, and as in a fresh state after Unpack.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "client_fw/verify/cleaning_symmetry.h"
 #include "client_fw/verify/cleaning_world.h"
 
 namespace pheromone::verify {
 
-/// Where each zone goes.
-using ZoneMap = std::array<uint8_t, kMaxZones>;
+/// What a search tells states apart by, besides robots and the order of time stamps.
+struct KeyParts {
+  bool symmetric = false;
+  bool soil = false;     ///< when zones become dirtier next
+  uint64_t leveled = 0;  ///< zones whose level counts, as bits; with `soil`
+  bool clock = false;    ///< else the states at all times are the same
+};
 
-/// All ways to lay the grid onto itself, the first of which leaves it as it is.
-inline std::vector<ZoneMap> GridSymmetries(int columns, int rows) {
-  std::vector<ZoneMap> maps;
-  for (int way = 0; way < (columns == rows ? 8 : 4); ++way) {
-    ZoneMap map{};
-    const auto zone = [rows](int column, int row) {
-      return static_cast<uint8_t>(column * rows + row);
-    };
-    for (int column = 0; column < columns; ++column) {
-      for (int row = 0; row < rows; ++row) {
-        int c = (way & 1) != 0 ? columns - 1 - column : column;
-        int r = (way & 2) != 0 ? rows - 1 - row : row;
-        if ((way & 4) != 0) {
-          std::swap(c, r);
-        }
-        map[zone(column, row)] = zone(c, r);
-      }
-    }
-    if (std::find(maps.begin(), maps.end(), map) == maps.end()) {
-      maps.push_back(map);
-    }
-  }
-  return maps;
-}
-
-template <size_t kWords>
 class CleaningKeys {
  public:
-  using Key = std::array<uint64_t, kWords>;
+  static constexpr size_t kMaxWords = 24;
+  using Key = std::array<uint64_t, kMaxWords>;  ///< the first words() of it
 
   struct Packed {
     Key key;
@@ -57,121 +38,57 @@ class CleaningKeys {
     uint8_t equal = 0;  ///< how many symmetries do
   };
 
-  CleaningKeys(const CleaningWorld& world, bool symmetric, bool has_clock = false)
-      : maps_(GridSymmetries(world.limits().columns, world.limits().rows)),
-        zones_(world.zones()),
-        robots_(static_cast<size_t>(world.limits().robots)),
-        has_clock_(has_clock),
-        has_asks_(world.limits().asks > 0) {
-    if (!symmetric) {
-      maps_.resize(1);
-    }
-    assert(kWords == 2 || !has_asks_);
-    assert(kWords == 2 || (zones_ <= kLeveledZones && robots_ < kMaxCleaners && !symmetric));
-  }
+  /// The levels that zones can have follow from those of the starts.
+  CleaningKeys(const CleaningWorld& world, const KeyParts& parts,
+               const std::vector<CleaningState>& starts);
 
+  size_t words() const { return words_; }
   const std::vector<ZoneMap>& maps() const { return maps_; }
 
-  Packed Pack(const CleaningState& state) const {
-    Packed least{PackAs(state, maps_[0]), 0, 1};
-    for (uint8_t way = 1; way < static_cast<uint8_t>(maps_.size()); ++way) {
-      const Key key = PackAs(state, maps_[way]);
-      if (key < least.key) {
-        least = {key, way, 1};
-      } else if (key == least.key) {
-        ++least.equal;
-      }
-    }
-    return least;
-  }
-
-  CleaningState Unpack(const Key& key) const {
-    CleaningState state;
-    for (size_t zone = 0; zone < zones_; ++zone) {
-      state.rank[zone] = key[0] >> (zone * 4) & 15;
-      if constexpr (kWords == 3) {
-        state.level[zone] = key[2] >> (zone * 5) & 31;
-      }
-    }
-    for (size_t robot = 0; robot < robots_; ++robot) {
-      const uint64_t bits = key[1] >> (robot * 16);
-      state.cleaners[robot] = {.phase = static_cast<CleanerPhase>(bits >> 4 & 7),
-                               .zone = static_cast<uint8_t>(bits & 15),
-                               .timer = static_cast<uint8_t>(bits >> 7 & 63),
-                               .is_stale = (bits >> 13 & 1) != 0,
-                               .has_sign = (bits >> 14 & 1) != 0};
-    }
-    state.is_newest_now = (key[1] >> 15 & 1) != 0;
-    if constexpr (kWords == 2) {
-      if (has_asks_) {
-        state.wanted = static_cast<uint16_t>(key[1] >> 48 & ((1u << kAskedZones) - 1));
-        state.asks_left = static_cast<uint8_t>(key[1] >> 60 & 15);
-      }
-    }
-    if constexpr (kWords == 3) {
-      state.tick = key[2] >> 60 & 15;
-      state.clock = static_cast<uint16_t>(key[1] >> 48);
-    }
-    return state;
-  }
+  Packed Pack(const CleaningState& state) const;
+  CleaningState Unpack(const uint64_t* key) const;
 
   /// The zones in which robots are cleaning, as bits.
-  uint32_t Cleaned(const Key& key) const {
-    uint32_t zones = 0;
-    for (size_t robot = 0; robot < robots_; ++robot) {
-      const uint64_t bits = key[1] >> (robot * 16);
-      if ((bits >> 4 & 7) == static_cast<uint64_t>(CleanerPhase::kCleaning)) {
-        zones |= 1u << (bits & 15);
-      }
-    }
-    return zones;
-  }
+  uint64_t Cleaned(const uint64_t* key) const;
 
  private:
-  static constexpr size_t kLeveledZones = 12;
+  // Some bits of a word.
+  struct Place {
+    uint8_t word = 0;
+    uint8_t shift = 0;
+    uint8_t bits = 0;
 
-  Key PackAs(const CleaningState& state, const ZoneMap& map) const {
-    Key key{};
-    for (size_t zone = 0; zone < zones_; ++zone) {
-      key[0] |= uint64_t{state.rank[zone]} << (map[zone] * 4);
-      if constexpr (kWords == 3) {
-        key[2] |= uint64_t{state.level[zone]} << (map[zone] * 5);
-      }
+    uint64_t Get(const uint64_t* key) const {
+      return key[word] >> shift & ((uint64_t{1} << bits) - 1);
     }
-    std::array<uint64_t, kMaxCleaners> robots{};
-    for (size_t robot = 0; robot < robots_; ++robot) {
-      const Cleaner& it = state.cleaners[robot];
-      // A robot that is gone is nowhere.
-      const uint64_t zone = it.phase == CleanerPhase::kGone ? 0 : map[it.zone];
-      robots[robot] = zone | uint64_t{static_cast<uint8_t>(it.phase)} << 4 |
-                      uint64_t{it.timer} << 7 | uint64_t{it.is_stale} << 13 |
-                      uint64_t{it.has_sign} << 14;
-      for (size_t i = robot; i > 0 && robots[i - 1] < robots[i]; --i) {
-        std::swap(robots[i - 1], robots[i]);
-      }
-    }
-    for (size_t robot = 0; robot < robots_; ++robot) {
-      key[1] |= robots[robot] << (robot * 16);
-    }
-    key[1] |= uint64_t{state.is_newest_now} << 15;
-    if (has_asks_) {
-      key[1] |= uint64_t{state.asks_left} << 60;
-      for (size_t zone = 0; zone < zones_; ++zone) {
-        key[1] |= uint64_t{state.wanted >> zone & 1u} << (48 + map[zone]);
-      }
-    }
-    if constexpr (kWords == 3) {
-      key[2] |= uint64_t{state.tick} << 60;
-      key[1] |= has_clock_ ? uint64_t{state.clock} << 48 : 0;
-    }
-    return key;
-  }
+    void Put(uint64_t value, Key* key) const { (*key)[word] |= value << shift; }
+  };
 
-  std::vector<ZoneMap> maps_;
+  Place Reserve(size_t wanted);
+  void FindLevels(const CleaningWorld& world, const std::vector<CleaningState>& starts);
+  void PackAs(const CleaningState& state, const ZoneMap& map, Key* key) const;
+  CleanerPhase PhaseOf(uint64_t bits) const { return static_cast<CleanerPhase>(bits & 7); }
+
   size_t zones_;
   size_t robots_;
-  bool has_clock_;  // else the states at all times are the same
+  KeyParts parts_;
   bool has_asks_;
+  std::vector<ZoneMap> maps_;
+  size_t words_ = 1;
+  uint8_t used_ = 0;  // bits of the last word
+  uint8_t zone_bits_;
+  uint8_t timer_bits_;
+  std::array<Place, kMaxCleaners> robot_{};
+  Place newest_;
+  Place tick_;
+  Place clock_;
+  Place asks_;
+  Place wanted_;
+  std::array<Place, kMaxZones> rank_{};
+  std::array<Place, kMaxZones> level_{};
+  // By zone: the levels that it can have, and for each level in % its place among them.
+  std::array<std::vector<uint8_t>, kMaxZones> levels_;
+  std::array<std::array<uint8_t, kFullPercent + 1>, kMaxZones> level_code_{};
 };
 
 }  // namespace pheromone::verify

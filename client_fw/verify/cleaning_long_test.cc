@@ -25,24 +25,24 @@ TEST(Table, LongestGaps) {
 }
 
 TEST(Table, AllZonesBecomeClean) {
-  EXPECT_EQ(CheckCleanAfter(Taking(6), {}, 80, 30).longest, 174);
-  EXPECT_EQ(CheckCleanAfter(Taking(7), {{5, 6}}, 80, 30).verdict, Verdict::kProved);
+  EXPECT_EQ(CheckCleanAfter(Taking(6), {}, {80, 30}).longest, 174);
+  EXPECT_EQ(CheckCleanAfter(Taking(7), {{5, 6}}, {80, 30}).verdict, Verdict::kProved);
   for (const int time : {7, 8}) {
-    const CleaningResult result = CheckCleanAfter(Taking(time), {}, 80, 30);
+    const CleaningResult result = CheckCleanAfter(Taking(time), {}, {80, 30});
     EXPECT_EQ(result.verdict, Verdict::kRefuted) << time;
     EXPECT_GT(result.repeats_from, 0u) << time;
   }
 }
 
 TEST(Table, ALongerHorizon) {
-  EXPECT_EQ(CheckLevels(Taking(7), {{5, 6}}, 20, 51, 240).verdict, Verdict::kProved);
-  EXPECT_EQ(CheckLevels(Taking(7), {{5, 6}}, 20, 51, 480).verdict, Verdict::kProved);
-  EXPECT_EQ(CheckLevels(Taking(7), {{5, 6}}, 20, 51, 960).verdict, Verdict::kRefuted);
+  EXPECT_EQ(CheckLevels(Taking(7), {{5, 6}}, {20, 51}, 240).verdict, Verdict::kProved);
+  EXPECT_EQ(CheckLevels(Taking(7), {{5, 6}}, {20, 51}, 480).verdict, Verdict::kProved);
+  EXPECT_EQ(CheckLevels(Taking(7), {{5, 6}}, {20, 51}, 960).verdict, Verdict::kRefuted);
 }
 
 // With levels and clock, four units a zone are many more states than five.
 TEST(Table, FourUnitsAZone) {
-  EXPECT_EQ(CheckLevels(Taking(4), {{5, 6}}, 25, 51, 240).verdict, Verdict::kProved);
+  EXPECT_EQ(CheckLevels(Taking(4), {{5, 6}}, {25, 51}, 240).verdict, Verdict::kProved);
 }
 
 TEST(Jitter, OnThreeByThree) {

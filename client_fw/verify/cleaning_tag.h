@@ -19,7 +19,7 @@
 
 namespace pheromone::verify {
 
-constexpr size_t kMaxCleaners = 4;  ///< robots
+constexpr size_t kMaxCleaners = 6;  ///< robots: the leases that a tag of eight slots has room for
 constexpr int kNoSign = -1;
 
 /// What is on a tag.
@@ -28,7 +28,7 @@ struct ZoneContent {
   /// forgotten.
   int stamp = 0;
   /// By robot: kNoSign, 0 for a sign without a lease, or the time until its lease ends.
-  std::array<int, kMaxCleaners> sign{kNoSign, kNoSign, kNoSign, kNoSign};
+  std::array<int, kMaxCleaners> sign{kNoSign, kNoSign, kNoSign, kNoSign, kNoSign, kNoSign};
   bool operator==(const ZoneContent&) const = default;
 
   bool is_occupied() const;

@@ -12,6 +12,8 @@
 namespace pheromone::verify {
 namespace {
 
+constexpr SoilPercents kFromDirty{.start = 80, .below = 30};
+
 // What is wrong in a refuted proof; empty: it was not refuted.
 std::string Wrong(const CleaningLimits& limits) {
   const CleaningResult result = Print(ProveCleaning(limits));
@@ -28,8 +30,9 @@ TEST(Proof, ForAllTimeAndFromAnyStart) {
   ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;
   EXPECT_EQ(LongestGap(proof), 78);
   EXPECT_EQ(proof.gaps[10], 68);  // of zone 11, the longest of those that soil fast
+  const std::vector<int> rates = PaperRates();
   for (size_t zone = 0; zone < 12; ++zone) {
-    EXPECT_LT(HighestPercent(PaperRates()[zone], proof.gaps[zone]), 51) << zone + 1;
+    EXPECT_LT(HighestPercent(rates[zone], proof.gaps[zone]), 51) << zone + 1;
   }
 }
 
@@ -40,32 +43,32 @@ TEST(Proof, OneRobotAloneNeedsNoLease) {
 }
 
 TEST(Query, AllZonesBecomeClean) {
-  const CleaningResult four = Print(CheckCleanAfter(Taking(4), {}, 80, 30));
+  const CleaningResult four = Print(CheckCleanAfter(Taking(4), {}, kFromDirty));
   EXPECT_EQ(four.verdict, Verdict::kProved);
   EXPECT_EQ(four.longest, 70);
-  const CleaningResult five = CheckCleanAfter(Taking(5), {}, 80, 30);
+  const CleaningResult five = CheckCleanAfter(Taking(5), {}, kFromDirty);
   EXPECT_EQ(five.verdict, Verdict::kProved);
   EXPECT_EQ(five.longest, 101);
 }
 
 TEST(Query, AllZonesStayBelowTheThreshold) {
-  EXPECT_EQ(Print(CheckLevels(Taking(5), kSixAndSeven, 20, 51, 240)).verdict, Verdict::kProved);
-  EXPECT_EQ(CheckLevels(Taking(6), kSixAndSeven, 20, 51, 240).verdict, Verdict::kProved);
-  EXPECT_EQ(CheckLevels(Taking(8), kSixAndSeven, 20, 51, 240).verdict, Verdict::kProved);
+  EXPECT_EQ(Print(CheckLevels(Taking(5), kSixAndSeven, {20, 51}, 240)).verdict, Verdict::kProved);
+  EXPECT_EQ(CheckLevels(Taking(6), kSixAndSeven, {20, 51}, 240).verdict, Verdict::kProved);
+  EXPECT_EQ(CheckLevels(Taking(8), kSixAndSeven, {20, 51}, 240).verdict, Verdict::kProved);
 }
 
 TEST(Query, ALongerHorizonRefutesWhatAShortOneProves) {
-  EXPECT_EQ(CheckLevels(Taking(8), kSixAndSeven, 20, 51, 300).verdict, Verdict::kProved);
-  const CleaningResult later = CheckLevels(Taking(8), kSixAndSeven, 20, 51, 360);
+  EXPECT_EQ(CheckLevels(Taking(8), kSixAndSeven, {20, 51}, 300).verdict, Verdict::kProved);
+  const CleaningResult later = CheckLevels(Taking(8), kSixAndSeven, {20, 51}, 360);
   EXPECT_EQ(later.verdict, Verdict::kRefuted);
   EXPECT_GE(later.trace.back().time, 300);
   EXPECT_LT(later.trace.back().time, 360);
 }
 
 TEST(Query, FromALittleMoreSoil) {
-  EXPECT_EQ(CheckLevels(Taking(5), kSixAndSeven, 25, 51, 240).verdict, Verdict::kProved);
+  EXPECT_EQ(CheckLevels(Taking(5), kSixAndSeven, {25, 51}, 240).verdict, Verdict::kProved);
   for (const int time : {6, 7, 8}) {
-    EXPECT_EQ(CheckLevels(Taking(time), kSixAndSeven, 25, 51, 240).verdict, Verdict::kRefuted)
+    EXPECT_EQ(CheckLevels(Taking(time), kSixAndSeven, {25, 51}, 240).verdict, Verdict::kRefuted)
         << time;
   }
 }
@@ -93,7 +96,7 @@ TEST(PassersBy, CannotDropASignThatIsLeased) {
 
 // An operator's sign in the middle of 3 x 3 zones, and in a corner.
 TEST(Signs, KeepAllRobotsAwayFromAClosedZoneForAllTime) {
-  for (const uint16_t closed : {uint16_t{1u << 4}, uint16_t{1}}) {
+  for (const uint64_t closed : {uint64_t{1u << 4}, uint64_t{1}}) {
     const CleaningResult proof =
         Print(ProveCleaning({.columns = 3, .rows = 3, .robots = 2, .closed = closed}));
     ASSERT_EQ(proof.verdict, Verdict::kProved) << proof.wrong;

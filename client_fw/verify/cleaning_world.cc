@@ -15,29 +15,110 @@ using client::CleaningView;
 constexpr int kNever = 1'000;
 constexpr uint32_t kAfterAll = 1'000;  // later than all ranks
 
+constexpr uint64_t Bit(size_t zone) {
+  return uint64_t{1} << zone;
+}
+
+std::string Expected(const char* what, int found, int least, int most) {
+  return std::string(what) + ": found " + std::to_string(found) + ", expected " +
+         std::to_string(least) + " to " + std::to_string(most);
+}
+
+std::string WrongNeighbours(const CleaningNeighbours& floor) {
+  constexpr size_t kMost = client::kMaxVisibleTags - 1;
+  for (size_t zone = 0; zone < floor.size(); ++zone) {
+    const std::string name = "zone " + std::to_string(zone + 1);
+    if (floor[zone].size() > kMost) {
+      return name + ": found " + std::to_string(floor[zone].size()) +
+             " zones beside it, expected at most " + std::to_string(kMost) +
+             ": a robot keeps the " + std::to_string(kMost + 1) + " nearest tags in sight";
+    }
+    uint64_t seen = Bit(zone);
+    for (const uint8_t beside : floor[zone]) {
+      if (beside >= floor.size() || (seen & Bit(beside)) != 0) {
+        return name + ": found zone " + std::to_string(beside + 1) +
+               " beside it, expected different other zones of the floor";
+      }
+      seen |= Bit(beside);
+    }
+  }
+  return "";
+}
+
 }  // namespace
 
-CleaningWorld::CleaningWorld(const CleaningLimits& limits)
-    : limits_(limits),
-      zones_(static_cast<size_t>(limits.columns * limits.rows)),
-      robots_(static_cast<size_t>(limits.robots)),
-      neighbours_(zones_) {
-  assert(zones_ <= kMaxZones && robots_ <= kMaxCleaners && limits.crashes < limits.robots);
-  assert(limits.asks == 0 || (zones_ <= kAskedZones && robots_ < kMaxCleaners));
-  const auto zone = [&](int column, int row) {
-    return static_cast<uint8_t>(column * limits.rows + row);
-  };
-  for (int column = 0; column < limits.columns; ++column) {
-    for (int row = 0; row < limits.rows; ++row) {
+CleaningNeighbours GridNeighbours(int columns, int rows) {
+  CleaningNeighbours floor(static_cast<size_t>(columns * rows));
+  for (int column = 0; column < columns; ++column) {
+    for (int row = 0; row < rows; ++row) {
       const auto add = [&](int c, int r) {
-        if (c >= 0 && c < limits.columns && r >= 0 && r < limits.rows) {
-          neighbours_[zone(column, row)].push_back(zone(c, r));
+        if (c >= 0 && c < columns && r >= 0 && r < rows) {
+          floor[static_cast<size_t>(column * rows + row)].push_back(
+              static_cast<uint8_t>(c * rows + r));
         }
       };
       add(column - 1, row);
       add(column, row - 1);
       add(column, row + 1);
       add(column + 1, row);
+    }
+  }
+  return floor;
+}
+
+std::string WhatIsWrong(const CleaningLimits& limits) {
+  constexpr int kZones = kMaxZones;
+  if (limits.neighbours.empty() &&
+      (limits.columns < 1 || limits.rows < 1 || limits.columns > kZones || limits.rows > kZones)) {
+    return "grid: found " + std::to_string(limits.columns) + " x " + std::to_string(limits.rows) +
+           ", expected 1 to " + std::to_string(kZones) + " columns and rows";
+  }
+  const CleaningNeighbours floor = limits.Floor();
+  const auto zones = static_cast<int>(floor.size());
+  struct Range {
+    const char* what;
+    int found;
+    int least;
+    int most;
+  };
+  for (const Range& it :
+       {Range{"zones", zones, 1, kZones},
+        Range{"robots", limits.robots, 1, static_cast<int>(kMaxCleaners)},
+        Range{"crashes", limits.crashes, 0, limits.robots - 1},
+        Range{"longest cleaning", limits.clean_max, 1, kMaxUnits},
+        Range{"shortest cleaning", limits.clean_min, 1, limits.clean_max},
+        Range{"longest move", limits.move_max, 1, kMaxUnits},
+        Range{"shortest move", limits.move_min, 1, limits.move_max},
+        Range{"waiting", limits.wait, 1, kMaxUnits}, Range{"lease", limits.lease, 0, kMaxUnits},
+        Range{"soiling step", limits.soiling_step, 1, kMaxUnits},
+        Range{"asks", limits.asks, 0, 15}}) {
+    if (it.found < it.least || it.found > it.most) {
+      return Expected(it.what, it.found, it.least, it.most);
+    }
+  }
+  if (!limits.rates_percent.empty() && limits.rates_percent.size() != floor.size()) {
+    return "soiling rates: found " + std::to_string(limits.rates_percent.size()) +
+           ", expected one for each of " + std::to_string(zones) + " zones";
+  }
+  for (const int rate : limits.rates_percent) {
+    if (rate < 0 || rate > kFullPercent) {
+      return Expected("soiling rate in %", rate, 0, kFullPercent);
+    }
+  }
+  return WrongNeighbours(floor);
+}
+
+CleaningWorld::CleaningWorld(const CleaningLimits& limits)
+    : limits_(limits),
+      zones_(0),
+      robots_(static_cast<size_t>(limits.robots)),
+      neighbours_(limits.Floor()) {
+  assert(WhatIsWrong(limits).empty());
+  zones_ = neighbours_.size();
+  for (size_t zone = 0; zone < zones_; ++zone) {
+    in_sight_[zone] = Bit(zone);
+    for (const uint8_t beside : neighbours_[zone]) {
+      in_sight_[zone] |= Bit(beside);
     }
   }
 }
@@ -73,11 +154,21 @@ std::vector<std::vector<uint8_t>> CleaningWorld::AllStarts() const {
 }
 
 void CleaningWorld::Next(const CleaningState& state, std::vector<CleaningSuccessor>* next) {
+  Next(state, limits_.reduced ? ToExplore(state) : AllDue(state), next);
+}
+
+void CleaningWorld::NextInAllOrders(const CleaningState& state,
+                                    std::vector<CleaningSuccessor>* next) {
+  Next(state, AllDue(state), next);
+}
+
+void CleaningWorld::Next(const CleaningState& state, const Due& due,
+                         std::vector<CleaningSuccessor>* next) {
   next->clear();
   next_ = next;
   for (size_t robot = 0; robot < robots_; ++robot) {
     const Cleaner& it = state.cleaners[robot];
-    if (!IsDue(state, robot)) {
+    if ((due.robots >> robot & 1) == 0) {
       continue;
     }
     if (it.phase == CleanerPhase::kDeciding) {
@@ -89,7 +180,7 @@ void CleaningWorld::Next(const CleaningState& state, std::vector<CleaningSuccess
       Finish(state, robot);
     }
   }
-  if (state.tick == 0) {
+  if (due.soil) {
     SoilAll(state);
   }
   if (limits_.passers_by) {
@@ -98,6 +189,55 @@ void CleaningWorld::Next(const CleaningState& state, std::vector<CleaningSuccess
   if (state.asks_left > 0) {
     AskFor(state);
   }
+}
+
+CleaningWorld::Due CleaningWorld::AllDue(const CleaningState& state) const {
+  Due due{.soil = state.tick == 0};
+  for (size_t robot = 0; robot < robots_; ++robot) {
+    due.robots |= (IsDue(state, robot) ? 1u : 0u) << robot;
+  }
+  return due;
+}
+
+// A persistent set (Godefroid 1996, chapter 4): what is not in it can be done afterwards as well,
+// with the same outcome. Until time passes a robot reads the tags in sight of its zone and writes
+// on that of its own; so robots that are out of each other's sight cannot notice who was first. As
+// all of them take time for whatever they do next, no other becomes due before.
+//
+// Soil that comes before robots claim makes no zone cleaner than soil that comes after, and no
+// decision depends on it: when none has just cleaned, it is first. After a cleaning it makes a
+// difference: then the zone soils at once, or not before the next step.
+CleaningWorld::Due CleaningWorld::ToExplore(const CleaningState& state) const {
+  const Due due = AllDue(state);
+  if (limits_.passers_by || state.asks_left > 0) {
+    return due;
+  }
+  bool finishes = false;
+  for (size_t robot = 0; robot < robots_; ++robot) {
+    finishes = finishes || ((due.robots >> robot & 1) != 0 && state.cleaners[robot].is_cleaning());
+  }
+  if (due.soil) {
+    return finishes ? due : Due{.soil = true};
+  }
+  for (size_t robot = 0; robot < robots_; ++robot) {
+    if ((due.robots >> robot & 1) != 0 && IsAlone(state, robot, due.robots)) {
+      return {.robots = 1u << robot};
+    }
+  }
+  return due;
+}
+
+// Out of sight of all others that are due.
+bool CleaningWorld::IsAlone(const CleaningState& state, size_t robot, uint32_t due) const {
+  const size_t zone = state.cleaners[robot].zone;
+  for (size_t other = 0; other < robots_; ++other) {
+    const size_t there = state.cleaners[other].zone;
+    if (other != robot && (due >> other & 1) != 0 &&
+        ((in_sight_[zone] >> there & 1) != 0 || (in_sight_[there] >> zone & 1) != 0)) {
+      return false;
+    }
+  }
+  return true;
 }
 
 void CleaningWorld::Decide(const CleaningState& state, size_t robot) {
@@ -214,7 +354,7 @@ void CleaningWorld::Finish(CleaningState state, size_t robot) {
     state.level[zone] = 0;
     state.is_newest_now = true;
     if (!limits_.asks_for_ever) {
-      state.wanted &= static_cast<uint16_t>(~(1u << zone));
+      state.wanted &= ~Bit(zone);
     }
   }
   state.cleaners[robot] = {.phase = CleanerPhase::kDeciding, .zone = static_cast<uint8_t>(zone)};
@@ -238,11 +378,10 @@ void CleaningWorld::SoilAll(CleaningState state) {
         std::any_of(state.cleaners.begin(), state.cleaners.end(),
                     [&](const Cleaner& it) { return it.is_cleaning() && it.zone == zone; });
     if (!is_cleaned) {
-      state.level[zone] =
-          static_cast<uint8_t>(std::min<int>(state.level[zone] + rates_[zone], kFullLevel));
+      state.level[zone] = Soiled(zone, state.level[zone]);
     }
   }
-  state.tick = kSoilingStep;
+  state.tick = static_cast<uint8_t>(limits_.soiling_step);
   Visit(CleaningAction::kSoils, 0, 0, state);
 }
 
@@ -264,7 +403,7 @@ void CleaningWorld::Crowd(const CleaningState& state) {
 void CleaningWorld::AskFor(const CleaningState& state) {
   for (size_t zone = 0; zone < zones_; ++zone) {
     CleaningState after = state;
-    after.wanted |= static_cast<uint16_t>(1u << zone);
+    after.wanted |= Bit(zone);
     --after.asks_left;
     Visit(CleaningAction::kAsks, 0, zone, after);
   }
@@ -376,20 +515,20 @@ void CleaningWorld::Visit(CleaningAction action, size_t robot, size_t zone, Clea
 }
 
 void CleaningWorld::Tidy(CleaningState* state) const {
-  uint32_t occupied = 0;
+  uint64_t occupied = 0;
   bool may_stamp_now = false;
   for (size_t robot = 0; robot < robots_; ++robot) {
     const Cleaner& it = state->cleaners[robot];
-    occupied |= (it.has_sign || it.is_cleaning() ? 1u : 0u) << it.zone;
+    occupied |= it.has_sign || it.is_cleaning() ? Bit(it.zone) : 0;
     may_stamp_now = may_stamp_now || (it.is_cleaning() && it.timer == 0);
   }
-  uint32_t used = limits_.passers_by ? 1 : 0;
+  uint64_t used = limits_.passers_by ? 1 : 0;
   uint8_t newest = 0;
   for (size_t zone = 0; zone < zones_; ++zone) {
     newest = std::max(newest, state->rank[zone]);
     // Nobody looks at the time stamp of an occupied zone before it is written again.
     if (!ForgetsOccupied() || (occupied >> zone & 1) == 0) {
-      used |= 1u << state->rank[zone];
+      used |= Bit(state->rank[zone]);
     }
   }
   state->is_newest_now = state->is_newest_now && may_stamp_now && (used >> newest & 1) != 0;
@@ -397,12 +536,12 @@ void CleaningWorld::Tidy(CleaningState* state) const {
     uint8_t& rank = state->rank[zone];
     rank = ForgetsOccupied() && (occupied >> zone & 1) != 0
                ? 0
-               : static_cast<uint8_t>(std::popcount(used & ((1u << rank) - 1)));
+               : static_cast<uint8_t>(std::popcount(used & (Bit(rank) - 1)));
   }
 }
 
 std::string CleaningWorld::Wrong(const CleaningState& state) const {
-  uint32_t cleaned = 0;
+  uint64_t cleaned = 0;
   for (size_t robot = 0; robot < robots_; ++robot) {
     const Cleaner& it = state.cleaners[robot];
     if (it.phase != CleanerPhase::kGone && IsClosed(it.zone)) {
@@ -412,7 +551,7 @@ std::string CleaningWorld::Wrong(const CleaningState& state) const {
       if ((cleaned >> it.zone & 1) != 0) {
         return "two robots clean zone " + std::to_string(it.zone + 1);
       }
-      cleaned |= 1u << it.zone;
+      cleaned |= Bit(it.zone);
     }
   }
   return "";

@@ -1,4 +1,4 @@
-// Cleaning robots on a grid of zones, one step at a time: the real decision of client_fw/core, and
+// Cleaning robots on a floor of zones, one step at a time: the real decision of client_fw/core, and
 // claims, signs and time stamps on the real tags (Tammet, Vain and Kuusik 2006, section 4).
 //
 //   CleaningWorld world({.columns = 4, .rows = 3, .robots = 2, .clean_min = 5, .clean_max = 5});
@@ -14,6 +14,7 @@
 // stamps and where robots start: the limits below say it, or all possibilities are explored.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -25,16 +26,22 @@
 
 namespace pheromone::verify {
 
-constexpr size_t kMaxZones = 16;
-constexpr size_t kAskedZones = 12;  ///< at most, if an operator may ask; and three robots
-constexpr int kSoilingStep = 15;    ///< the paper's time_step
-constexpr int kLevelPercent = 5;    ///< a level's unit
-constexpr int kFullLevel = 20;      ///< 100 %: it does not become dirtier
+constexpr size_t kMaxZones = 62;   ///< their ranks, and a new one, are bits of a word
+constexpr int kSoilingStep = 15;   ///< the paper's time_step
+constexpr int kFullPercent = 100;  ///< it does not become dirtier
+constexpr int kMaxUnits = 250;     ///< of all times below
 constexpr uint8_t kNoSoiling = 255;
+
+/// By zone, those beside it: a robot there sees their tags, and goes there in one move.
+using CleaningNeighbours = std::vector<std::vector<uint8_t>>;
+
+/// Of a grid: the four zones beside each, in the order in which a robot sees them. Zones are
+/// numbered from 0, column by column, from the bottom up.
+CleaningNeighbours GridNeighbours(int columns, int rows);
 
 /// What is explored.
 struct CleaningLimits {
-  int columns = 4;  ///< zones are numbered from 0, column by column, from the bottom up
+  int columns = 4;
   int rows = 3;
   int robots = 2;
   int clean_min = 5;  ///< how long cleaning a zone takes
@@ -45,7 +52,7 @@ struct CleaningLimits {
   int lease = 16;   ///< of the sign "occupied"; 0: it has none
   int crashes = 0;  ///< robots that may break down, cleaning or not
   bool passers_by = false;  ///< write on tags as much as they like
-  uint16_t closed = 0;      ///< zones from which an operator's sign keeps robots away, as bits
+  uint64_t closed = 0;      ///< zones from which an operator's sign keeps robots away, as bits
   int asks = 0;  ///< how often an operator may write that a zone is to be cleaned again; at most 15
   /// Whether a robot claims its zone in the step in which it decided to. Else others may act
   /// between reading a tag and writing on it.
@@ -54,7 +61,21 @@ struct CleaningLimits {
   bool moves_between_equals = false;    ///< a robot's own zone does not win ties
   bool claims_unconditionally = false;  ///< writes without naming what it has read
   bool asks_for_ever = false;           ///< that a zone was cleaned since does not count
+  /// Not empty: the floor, which is then no grid of `columns` and `rows`.
+  CleaningNeighbours neighbours{};
+  std::vector<int> rates_percent{};  ///< by zone, of soil in each step; empty: there is none
+  int soiling_step = kSoilingStep;   ///< time after which zones become dirtier, again and again
+  /// Of steps that are due at the same time, only those orders that may differ in what they lead
+  /// to: see ToExplore.
+  bool reduced = false;
+
+  CleaningNeighbours Floor() const {
+    return neighbours.empty() ? GridNeighbours(columns, rows) : neighbours;
+  }
 };
+
+/// Empty, or what cannot be explored: the value, and what was expected.
+std::string WhatIsWrong(const CleaningLimits& limits);
 
 enum class CleanerPhase : uint8_t {
   kDeciding,  ///< in `timer`, when it has arrived or waited
@@ -79,12 +100,12 @@ struct Cleaner {
 struct CleaningState {
   /// Of each zone's last time stamp, among all: 0 is the oldest, equals are equal.
   std::array<uint8_t, kMaxZones> rank{};
-  std::array<uint8_t, kMaxZones> level{};  ///< of soil, if it is explored
+  std::array<uint8_t, kMaxZones> level{};  ///< of soil in %, if it is explored
   std::array<Cleaner, kMaxCleaners> cleaners{};
   bool is_newest_now = false;  ///< the newest time stamp is the present time
   uint8_t tick = kNoSoiling;   ///< time until zones become dirtier
   uint16_t clock = 0;          ///< time since the start
-  uint16_t wanted = 0;         ///< zones that are to be cleaned again, and were not yet; as bits
+  uint64_t wanted = 0;         ///< zones that are to be cleaned again, and were not yet; as bits
   uint8_t asks_left = 0;
 };
 
@@ -115,6 +136,7 @@ struct CleaningSuccessor {
 
 class CleaningWorld {
  public:
+  /// Asserts that nothing is wrong with the limits.
   explicit CleaningWorld(const CleaningLimits& limits);
 
   const CleaningLimits& limits() const { return limits_; }
@@ -126,16 +148,27 @@ class CleaningWorld {
   /// All unordered choices of zones to start in, but for closed ones.
   std::vector<std::vector<uint8_t>> AllStarts() const;
 
-  /// Lets soil accumulate, at these rates in units of a level for each kSoilingStep.
-  void Soil(const std::array<uint8_t, kMaxZones>& rates) { rates_ = rates; }
+  /// Zones become no dirtier than this: for a search to which all that is more is the same.
+  void LimitSoil(int full_percent) { full_percent_ = full_percent; }
+  /// What a zone's level becomes in a step.
+  uint8_t Soiled(size_t zone, uint8_t level) const {
+    return static_cast<uint8_t>(std::min(level + RateOf(zone), full_percent_));
+  }
 
   /// What may happen next. States in it are tidy. `next` is emptied first; once it has grown to its
   /// size, nothing is allocated.
   void Next(const CleaningState& state, std::vector<CleaningSuccessor>* next);
+  /// The same, in all orders whatever the limits say: which of them are left out depends on the
+  /// order of the robots.
+  void NextInAllOrders(const CleaningState& state, std::vector<CleaningSuccessor>* next);
 
   /// Numbers ranks from 0 again, and forgets what no longer matters.
   void Tidy(CleaningState* state) const;
 
+  /// A closed zone does not count: it stays clean.
+  int RateOf(size_t zone) const {
+    return limits_.rates_percent.empty() || IsClosed(zone) ? 0 : limits_.rates_percent[zone];
+  }
   bool IsClosed(size_t zone) const { return (limits_.closed >> zone & 1) != 0; }
 
   /// Empty, or what is wrong: two robots that clean one zone, or one in a closed zone.
@@ -151,6 +184,14 @@ class CleaningWorld {
   void Break(CleaningState state, size_t robot);
   void Move(CleaningState state, size_t robot, uint8_t zone);
 
+  struct Due {
+    uint32_t robots = 0;  // as bits
+    bool soil = false;
+  };
+  void Next(const CleaningState& state, const Due& due, std::vector<CleaningSuccessor>* next);
+  Due AllDue(const CleaningState& state) const;
+  Due ToExplore(const CleaningState& state) const;
+  bool IsAlone(const CleaningState& state, size_t robot, uint32_t due) const;
   bool IsDue(const CleaningState& state, size_t robot) const;
   bool MayBreak(const CleaningState& state) const;
   bool ForgetsOccupied() const { return limits_.crashes == 0 && !limits_.passers_by; }
@@ -167,8 +208,9 @@ class CleaningWorld {
   CleaningLimits limits_;
   size_t zones_;
   size_t robots_;
-  std::vector<std::vector<uint8_t>> neighbours_;
-  std::array<uint8_t, kMaxZones> rates_{};
+  CleaningNeighbours neighbours_;
+  std::array<uint64_t, kMaxZones> in_sight_{};  // of a zone: itself and those beside it, as bits
+  int full_percent_ = kFullPercent;
   CleaningTag tag_;
   std::vector<CleaningSuccessor>* next_ = nullptr;  // of the current Next
 };

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client_fw/verify/cleaning_check.h"
+#include "client_fw/verify/cleaning_symmetry.h"
 #include "client_fw/verify/explore.h"
 #include "server/core/tags/tag.h"
 
@@ -198,6 +199,115 @@ TEST(Search, FindsTheStatesThatANaiveSearchCounts) {
         CleaningLimits{.columns = 3, .rows = 2, .clean_max = 6, .crashes = 1}}) {
     EXPECT_EQ(ProveCleaning(limits).unfolded_states, CountedOneByOne(limits));
   }
+}
+
+// Of orders that lead to the same, one is enough.
+TEST(Reduced, AProofIsTheSame) {
+  for (CleaningLimits limits :
+       {CleaningLimits{.columns = 3, .rows = 2}, CleaningLimits{.columns = 4, .rows = 2},
+        CleaningLimits{.columns = 4, .rows = 1, .robots = 3, .clean_min = 2, .clean_max = 3},
+        CleaningLimits{.columns = 3, .rows = 2, .lease = 4},
+        CleaningLimits{.columns = 3, .rows = 2, .crashes = 1},
+        CleaningLimits{.columns = 3, .rows = 3, .closed = 16},
+        CleaningLimits{.columns = 3, .rows = 2, .claims_unconditionally = true}}) {
+    const CleaningResult all = ProveCleaning(limits);
+    limits.reduced = true;
+    const CleaningResult some = ProveCleaning(limits);
+    EXPECT_EQ(some.verdict, all.verdict);
+    EXPECT_EQ(some.gaps, all.gaps);
+    EXPECT_EQ(some.first, all.first);
+    EXPECT_EQ(some.wrong, all.wrong);
+    EXPECT_LE(some.states, all.states);
+  }
+}
+
+TEST(Reduced, TheQueriesAreTheSame) {
+  for (const int time : {4, 7, 11}) {
+    CleaningLimits limits{.columns = 4, .rows = 2, .clean_min = time, .clean_max = time};
+    limits.rates_percent = {3, 7, 5, 10, 4, 8, 5, 2};
+    limits.lease = 3 * time;
+    CleaningLimits reduced = limits;
+    reduced.reduced = true;
+    const CleaningStarts starts = {{0, 7}, {3, 3}};
+    const CleaningResult clean = CheckCleanAfter(limits, starts, {80, 20});
+    const CleaningResult clean_too = CheckCleanAfter(reduced, starts, {80, 20});
+    EXPECT_EQ(clean_too.verdict, clean.verdict) << time;
+    EXPECT_EQ(clean_too.longest, clean.longest) << time;
+    const CleaningResult levels = CheckLevels(limits, starts, {20, 45}, 150);
+    const CleaningResult levels_too = CheckLevels(reduced, starts, {20, 45}, 150);
+    EXPECT_EQ(levels_too.verdict, levels.verdict) << time;
+    EXPECT_EQ(levels_too.levels, levels.levels) << time;
+    EXPECT_EQ(levels_too.wrong_time, levels.wrong_time) << time;
+    EXPECT_LT(levels_too.states, levels.states + 1) << time;
+  }
+}
+
+// Each zone's highest level, by a search whose states have the levels of all zones.
+TEST(Levels, AreThoseOfASearchThroughAllCombinations) {
+  const CleaningLimits limits{.columns = 3,
+                              .rows = 2,
+                              .clean_min = 6,
+                              .clean_max = 7,
+                              .rates_percent = {3, 9, 5, 10, 4, 8}};
+  constexpr int kHorizon = 70;
+  CleaningWorld world(limits);
+  CleaningState first = world.Start({0, 3});
+  first.tick = kSoilingStep;
+  std::fill_n(first.level.begin(), world.zones(), uint8_t{20});
+  std::vector<int> highest(world.zones(), 20);
+  std::vector<CleaningSuccessor> successors;
+  const Model<CleaningState> model{
+      .key =
+          [&](const CleaningState& state) {
+            return KeyOf(state) + std::to_string(state.tick) + "/" + std::to_string(state.clock) +
+                   std::string(state.level.begin(), state.level.end());
+          },
+      .next =
+          [&](const CleaningState& state, const Model<CleaningState>::Visit& visit) {
+            if (state.clock >= kHorizon) {
+              return;
+            }
+            for (size_t zone = 0; zone < world.zones(); ++zone) {
+              highest[zone] = std::max<int>(highest[zone], state.level[zone]);
+            }
+            world.Next(state, &successors);
+            for (const CleaningSuccessor& successor : successors) {
+              visit("", successor.state);
+              for (size_t zone = 0; zone < world.zones(); ++zone) {
+                highest[zone] = std::max<int>(highest[zone], successor.state.level[zone]);
+              }
+            }
+          },
+      .wrong = [](const CleaningState&) { return ""; },
+      .max_states = 1'000'000};
+  ASSERT_EQ(Explore(first, model).verdict, Verdict::kProved);
+  const CleaningResult result = CheckLevels(limits, {{0, 3}}, {20, 101}, kHorizon);
+  EXPECT_EQ(result.verdict, Verdict::kProved);
+  EXPECT_EQ(result.levels, highest);
+}
+
+TEST(Symmetry, OfFloors) {
+  EXPECT_EQ(FloorSymmetries(GridNeighbours(4, 3), {}, 0).size(), 4u);
+  EXPECT_EQ(FloorSymmetries(GridNeighbours(3, 3), {}, 0).size(), 8u);
+  EXPECT_EQ(FloorSymmetries(GridNeighbours(3, 3), {}, 1).size(), 2u) << "a closed corner";
+  EXPECT_EQ(FloorSymmetries(GridNeighbours(3, 1), {5, 5, 6}, 0).size(), 1u);
+  const CleaningNeighbours ring = {{4, 1}, {0, 2}, {1, 3}, {2, 4}, {3, 0}};
+  EXPECT_EQ(FloorSymmetries(ring, {}, 0).size(), 10u);
+  EXPECT_EQ(FloorSymmetries({{1}, {2}, {0}}, {}, 0).size(), 3u) << "who is seen need not see";
+  EXPECT_EQ(FloorSymmetries(CleaningNeighbours(5), {}, 0).size(), 1u) << "120 are too many";
+}
+
+TEST(World, LimitsThatCannotBeExploredAreNamed) {
+  EXPECT_EQ(WhatIsWrong({}), "");
+  EXPECT_EQ(WhatIsWrong({.columns = 9, .rows = 7}), "zones: found 63, expected 1 to 62");
+  EXPECT_EQ(WhatIsWrong({.robots = 7}), "robots: found 7, expected 1 to 6");
+  EXPECT_EQ(WhatIsWrong({.crashes = 2}), "crashes: found 2, expected 0 to 1");
+  EXPECT_EQ(WhatIsWrong({.clean_min = 3, .clean_max = 2}),
+            "shortest cleaning: found 3, expected 1 to 2");
+  EXPECT_EQ(WhatIsWrong({.neighbours = {{1}, {0, 0}}}),
+            "zone 2: found zone 1 beside it, expected different other zones of the floor");
+  EXPECT_EQ(WhatIsWrong({.rates_percent = {5}}),
+            "soiling rates: found 1, expected one for each of 12 zones");
 }
 
 }  // namespace

@@ -1,15 +1,14 @@
 // States in the order in which they were found, each of some 64-bit words, and which of them are
 // known: for searches through millions of states.
 //
-//   StateSet<2> states;
-//   const auto [number, is_new] = states.Insert({low, high});
-//   const StateSet<2>::Key& key = states[number];
+//   StateSet states(/*words=*/2);
+//   const auto [number, is_new] = states.Insert(key);  // of two words
+//   const uint64_t* same = states[number];
 //
 // Memory is that of the keys and from 6 to 12 bytes for each. Not thread-safe.
 #pragma once
 
-#include <array>
-#include <cassert>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -19,38 +18,45 @@
 
 namespace pheromone::verify {
 
-/// A vector that grows without being copied.
+/// A vector that grows without being copied, of items of `width` values each.
 template <typename T>
 class Chunked {
  public:
+  explicit Chunked(size_t width = 1) : width_(width) {}
+
   size_t size() const { return size_; }
-  const T& operator[](size_t i) const { return chunks_[i / kChunk][i % kChunk]; }
-  void push_back(const T& value) {
+  size_t bytes() const { return chunks_.size() * kChunk * width_ * sizeof(T); }
+  const T* item(size_t i) const { return &chunks_[i / kChunk][i % kChunk * width_]; }
+  const T& operator[](size_t i) const { return *item(i); }
+  void Add(const T* values) {
     if (size_ % kChunk == 0) {
-      chunks_.push_back(std::make_unique_for_overwrite<T[]>(kChunk));
+      chunks_.push_back(std::make_unique_for_overwrite<T[]>(kChunk * width_));
     }
-    chunks_.back()[size_++ % kChunk] = value;
+    std::copy_n(values, width_, &chunks_.back()[size_++ % kChunk * width_]);
   }
+  void push_back(const T& value) { Add(&value); }
 
  private:
   static constexpr size_t kChunk = size_t{1} << 16;
 
+  size_t width_;
   std::vector<std::unique_ptr<T[]>> chunks_;
   size_t size_ = 0;
 };
 
-template <size_t kWords>
 class StateSet {
  public:
-  using Key = std::array<uint64_t, kWords>;
+  /// Beyond, a state has no number: to be seen to before Insert.
+  static constexpr size_t kMaxStates = std::numeric_limits<uint32_t>::max() - 1;
 
-  StateSet() : places_(1024, kNone) {}
+  explicit StateSet(size_t words) : words_(words), keys_(words), places_(1024, kNone) {}
 
   size_t size() const { return keys_.size(); }
-  const Key& operator[](size_t number) const { return keys_[number]; }
+  size_t bytes() const { return keys_.bytes() + places_.size() * sizeof(uint32_t); }
+  const uint64_t* operator[](size_t number) const { return keys_.item(number); }
 
   /// The state's number, from 0, and whether it was not known.
-  std::pair<uint32_t, bool> Insert(const Key& key) {
+  std::pair<uint32_t, bool> Insert(const uint64_t* key) {
     if (keys_.size() * 3 >= places_.size() * 2) {
       Grow();
     }
@@ -58,28 +64,27 @@ class StateSet {
     if (place != kNone) {
       return {place, false};
     }
-    assert(keys_.size() < kNone);
     place = static_cast<uint32_t>(keys_.size());
-    keys_.push_back(key);
+    keys_.Add(key);
     return {place, true};
   }
 
  private:
   static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 
-  static uint64_t Hash(const Key& key) {
+  uint64_t Hash(const uint64_t* key) const {
     uint64_t hash = 0;
-    for (const uint64_t word : key) {
-      hash = (hash ^ word) * 0x9E3779B97F4A7C15;
+    for (size_t word = 0; word < words_; ++word) {
+      hash = (hash ^ key[word]) * 0x9E3779B97F4A7C15;
       hash ^= hash >> 32;
     }
     return hash * 0xD6E8FEB86659FD93 >> 20;
   }
 
-  size_t Find(const Key& key) const {
+  size_t Find(const uint64_t* key) const {
     const size_t mask = places_.size() - 1;
     size_t place = Hash(key) & mask;
-    while (places_[place] != kNone && keys_[places_[place]] != key) {
+    while (places_[place] != kNone && !std::equal(key, key + words_, keys_.item(places_[place]))) {
       place = (place + 1) & mask;
     }
     return place;
@@ -90,11 +95,12 @@ class StateSet {
     places_ = {};
     places_.assign(size, kNone);
     for (size_t number = 0; number < keys_.size(); ++number) {
-      places_[Find(keys_[number])] = static_cast<uint32_t>(number);
+      places_[Find(keys_.item(number))] = static_cast<uint32_t>(number);
     }
   }
 
-  Chunked<Key> keys_;
+  size_t words_;
+  Chunked<uint64_t> keys_;
   std::vector<uint32_t> places_;  // a power of two of them
 };
 

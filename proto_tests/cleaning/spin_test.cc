@@ -46,8 +46,8 @@ bool HasErrors(const std::string& out) {
 }
 
 void ExpectTheVerdict(int time, int horizon, Verdict expected) {
-  const CleaningLimits limits{.clean_min = time, .clean_max = time};
-  EXPECT_EQ(CheckLevels(limits, {{5, 6}}, 20, 51, horizon).verdict, expected);
+  const CleaningLimits limits{.clean_min = time, .clean_max = time, .rates_percent = PaperRates()};
+  EXPECT_EQ(CheckLevels(limits, {{5, 6}}, {20, 51}, horizon).verdict, expected);
   const std::string out =
       Spin("-DCOLUMNS=4 -DROWS=3 -DSTART_A=5 -DSTART_B=6 -DSOIL=4 -DD=" + std::to_string(time) +
            " -DHORIZON=" + std::to_string(horizon));

@@ -9,7 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "client_fw/boards/host/real_time.h"
 #include "client_fw/experiments/cleaning/experiment.h"
+#include "client_fw/experiments/cleaning/floor.h"
+#include "client_fw/experiments/cleaning/prove.h"
 #include "client_fw/experiments/cleaning/report.h"
 #include "client_fw/experiments/cleaning/sweep.h"
 #include "client_fw/swarm/command.h"
@@ -34,6 +37,10 @@ struct CleaningOptions {
   bool sweep = false;
   int seeds = 5;
   int cycles = 20;
+  std::string floor;
+  bool server_config = false;
+  std::vector<std::string> ports;
+  ProveOptions prove;
   std::string out;
 };
 
@@ -72,20 +79,44 @@ int StatusOf(const std::vector<CleaningRun>& runs) {
 
 int RunOnce(const CleaningOptions& options) {
   CleaningExperiment experiment = ExperimentOf(options);
+  if (!options.floor.empty()) {
+    const Result<CleaningFloor> floor = LoadFloor(options.floor);
+    if (!floor.ok()) {
+      return Fail(floor.error(), kWrongInput);
+    }
+    const Result<CleaningExperiment> own = ExperimentOf(floor.value(), experiment);
+    if (!own.ok()) {
+      return Fail(own.error(), kWrongInput);
+    }
+    experiment = own.value();
+  }
   const std::string wrong = WhatIsWrong(experiment);
   if (!wrong.empty()) {
     return Fail(wrong, kWrongInput);
   }
+  if (options.server_config) {
+    fmt::print("{}", ServerText(experiment));
+    return 0;
+  }
   experiment.sample_ms = kTrackSampleMs;
   const bool progress = isatty(STDERR_FILENO) != 0;
-  const CleaningRun run = RunCleaning(experiment, options.seed, [&](int64_t second) {
-    if (progress && second % 10 == 0) {
+  const auto on_second = [&](int64_t second) {
+    if (progress && (second % 10 == 0 || !options.ports.empty())) {
       fmt::print(Unescaped(stderr), "\r{} of {:.0f} s\x1b[K", second, options.seconds);
     }
-  });
+  };
+  const Result<CleaningRun> done =
+      options.ports.empty()
+          ? RunCleaning(experiment, options.seed, on_second)
+          : RunCleaningLive(experiment, options.seed, options.ports, StopOnSignals(), on_second);
   if (progress) {
     fmt::print(Unescaped(stderr), "\r\x1b[K");
   }
+  if (!done.ok()) {
+    return Fail(done.error(), kFailed);
+  }
+  const CleaningRun& run = done.value();
+  experiment.duration_ms = run.end_ms;
   fmt::print("{}", ToTable(experiment, run));
   int written = 0;
   if (!options.out.empty()) {
@@ -131,6 +162,46 @@ int RunSweepOfSizes(const CleaningOptions& options) {
 
 }  // namespace
 
+// What a floor's file says instead.
+void AddFloorOptions(CLI::App* command, const std::vector<CLI::Option*>& in_file,
+                     CLI::Option* sweep, CleaningOptions* options) {
+  CLI::Option* floor = command->add_option(
+      "--floor", options->floor, "Simulate the floor of this file: zones, soil, robots and times");
+  CLI::Option* prove = command->add_option(
+      "--prove", options->prove.file,
+      "Prove what robots do on the floor of this file, in all states that they can come to");
+  floor->type_name("FILE")->excludes(sweep);
+  prove->type_name("FILE")->excludes(sweep)->excludes(floor);
+  for (CLI::Option* option : in_file) {
+    option->excludes(floor)->excludes(prove);
+  }
+  CLI::Option* server = command->add_flag(
+      "--server-config", options->server_config,
+      "Print the configuration of a server for --daemon, with a tag in each zone, and end");
+  server->excludes(sweep)->excludes(prove);
+  command
+      ->add_option("--daemon", options->ports,
+                   "Run in real time against a running server of that configuration: for each "
+                   "channel, the terminal device of its link")
+      ->delimiter(',')
+      ->check(TerminalDevice())
+      ->type_name("PORT[,PORT...]")
+      ->excludes(sweep)
+      ->excludes(prove)
+      ->excludes(server);
+  command
+      ->add_option("--query", options->prove.queries,
+                   "With --prove: of clean, bounded, for-ever, forgotten and crash only these")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"clean", "bounded", "for-ever", "forgotten", "crash"}))
+      ->needs(prove);
+  command
+      ->add_option("--memory-mib", options->prove.memory_mib,
+                   "With --prove: memory after which a verdict is unknown (default: 2048)")
+      ->check(CLI::Range(1, 1'000'000))
+      ->needs(prove);
+}
+
 void AddCleaningCommand(CLI::App* app, int* status) {
   auto options = std::make_shared<CleaningOptions>();
   CleaningExperiment& base = options->base;
@@ -140,20 +211,25 @@ void AddCleaningCommand(CLI::App* app, int* status) {
       "prints how long zones wait and how much they soil");
   std::vector<CLI::Option*> single;  // that --sweep decides itself
   const auto add = [&](auto* option) { single.push_back(option); };
-  add(command->add_option("--columns", base.grid.columns, "Columns of zones (default: 4)")
-          ->check(CLI::Range(1, 50)));
-  add(command->add_option("--rows", base.grid.rows, "Rows of zones (default: 3)")
-          ->check(CLI::Range(1, 50)));
-  add(command->add_option("--robots", base.robots, "Robots, at most one a zone (default: 2)")
+  std::vector<CLI::Option*> in_file;  // that a floor's file says
+  const auto add_in_file = [&](auto* option) { in_file.push_back(option); };
+  add_in_file(command->add_option("--columns", base.grid.columns, "Columns of zones (default: 4)")
+                  ->check(CLI::Range(1, 50)));
+  add_in_file(command->add_option("--rows", base.grid.rows, "Rows of zones (default: 3)")
+                  ->check(CLI::Range(1, 50)));
+  add_in_file(
+      command->add_option("--robots", base.robots, "Robots, at most one a zone (default: 2)")
           ->check(CLI::Range(1, 254)));
-  command->add_option("--zone", base.grid.zone_m, "Side of a zone, m (default: 1)")
-      ->check(Between(1.0, 4.0));
-  command->add_option("--cleaning-s", options->cleaning_s, "Time to clean a zone (default: 10)")
-      ->check(Between(0.1, 60.0));
-  command
-      ->add_option("--lease-s", base.lease_s,
-                   "Lease of a claim (default: twice the time to clean, and 2)")
-      ->check(CLI::Range(2, 3600));
+  single = in_file;
+  add_in_file(command->add_option("--zone", base.grid.zone_m, "Side of a zone, m (default: 1)")
+                  ->check(Between(1.0, 4.0)));
+  add_in_file(
+      command->add_option("--cleaning-s", options->cleaning_s, "Time to clean a zone (default: 10)")
+          ->check(Between(0.1, 60.0)));
+  add_in_file(command
+                  ->add_option("--lease-s", base.lease_s,
+                               "Lease of a claim (default: twice the time to clean, and 2)")
+                  ->check(CLI::Range(2, 3600)));
   command->add_option("--speed", base.speed_mm_s, "Speed, mm/s (default: 300)")
       ->check(CLI::Range(50, 1000));
   CLI::Option* slots =
@@ -161,16 +237,17 @@ void AddCleaningCommand(CLI::App* app, int* status) {
           ->check(CLI::Range(2, 64));
   add(command->add_option("--seconds", options->seconds, "Length of the run (default: 1200)")
           ->check(Between(1.0, 360'000.0)));
-  command
-      ->add_option("--unit-s", options->unit_s,
-                   "Unit of time in which zones soil: 5 or 10 % every 15 (default: 3)")
-      ->check(Between(0.01, 3600.0));
-  command->add_option("--soil", base.soil.start_percent, "Soil at the start, % (default: 20)")
-      ->check(Between(0.0, 100.0));
-  command
-      ->add_option("--threshold", base.soil.threshold_percent,
-                   "Soil to stay below, % (default: 51)")
-      ->check(Between(0.0, 100.0));
+  add_in_file(command
+                  ->add_option("--unit-s", options->unit_s,
+                               "Unit of time in which zones soil: 5 or 10 % every 15 (default: 3)")
+                  ->check(Between(0.01, 3600.0)));
+  add_in_file(
+      command->add_option("--soil", base.soil.start_percent, "Soil at the start, % (default: 20)")
+          ->check(Between(0.0, 100.0)));
+  add_in_file(command
+                  ->add_option("--threshold", base.soil.threshold_percent,
+                               "Soil to stay below, % (default: 51)")
+                  ->check(Between(0.0, 100.0)));
   add(command->add_option("--seed", options->seed, "Of all that is random (default: 1)"));
   add(command
           ->add_option("--switch-off-s", options->switch_off_s,
@@ -216,13 +293,22 @@ void AddCleaningCommand(CLI::App* app, int* status) {
   command->add_option(
       "--out", options->out,
       "Folder for cleaning-zones.csv, cleaning-cleanings.csv, cleaning-soil.csv and "
-      "cleaning-tracks.csv; with --sweep for cleaning-sweep.csv");
+      "cleaning-tracks.csv; with --sweep for cleaning-sweep.csv, with --prove for "
+      "cleaning-proof.csv, cleaning-proved-zones.csv and a picture of each trace");
+  AddFloorOptions(command, in_file, sweep, options.get());
   command->footer(
       "A gap is the time from the end of a zone's cleaning to the begin of the next. An ideal "
       "cycle "
       "is the time in which the robots would clean all zones once if they did nothing but drive at "
-      "full speed and clean. Exit status 1: two robots cleaned one zone.");
+      "full speed and clean. Exit status 1: two robots cleaned one zone, or --prove found a claim "
+      "refuted; 3: its memory was not "
+      "enough for a verdict.");
   command->callback([=] {
+    if (!options->prove.file.empty()) {
+      options->prove.out = options->out;
+      *status = Prove(options->prove);
+      return;
+    }
     if (options->sweep) {  // many robots on a channel, on the tags of many authors
       CleaningExperiment& swept = options->base;
       swept.slots = slots->count() != 0 ? swept.slots : 2;

@@ -3,16 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 #include <random>
 
+#include "client_fw/swarm/live.h"
+
 namespace pheromone::swarm {
 namespace {
 
-constexpr int kMostRobots = 254;      // IDs of a link
-constexpr double kRangeOfZone = 1.2;  // of its side: beyond the next tag, not to the diagonal one
+constexpr int kMostRobots = 254;  // IDs of a link
 constexpr double kUmInMetre = 1e6;
+constexpr char kOperator[] = "operator";  // the author of what pheromonectl writes
 
 int64_t Um(double metres) {
   return std::llround(metres * kUmInMetre);
@@ -29,8 +33,8 @@ engine::EngineConfig ServerOf(const CleaningExperiment& experiment) {
   unused.max_count = 8;
   engine::EngineConfig config;
   config.field.map = {.origin = {0, 0},
-                      .width_um = Um(grid.columns * grid.zone_m),
-                      .height_um = Um(grid.rows * grid.zone_m),
+                      .width_um = Um(grid.width_m()),
+                      .height_um = Um(grid.height_m()),
                       .cell_um = Um(0.1)};
   config.field.pheromones = {unused};
   config.field.memory_bytes = 64 << 20;
@@ -38,31 +42,67 @@ engine::EngineConfig ServerOf(const CleaningExperiment& experiment) {
     config.links.push_back(experiment.timing.Link(fmt::format("radio-{}", i + 1)));
   }
   tags::Settings& tags = config.tags;
+  if (experiment.closed != 0) {
+    tags.privileged = {kOperator};
+  }
   for (int zone = 0; zone < grid.zones(); ++zone) {
     tags.tags.push_back({.name = fmt::format("zone-{}", zone + 1),
                          .x_um = Um(grid.CentreX(zone)),
                          .y_um = Um(grid.CentreY(zone)),
-                         .range_um = Um(kRangeOfZone * grid.zone_m),
+                         .range_um = Um(grid.RangeOf(zone)),
                          .slots = static_cast<uint8_t>(experiment.slots)});
   }
   return config;
 }
 
+// Keeps robots away from closed zones, with signs as `pheromonectl tags` writes them.
+void Close(const CleaningExperiment& experiment, engine::Service* service) {
+  using engine::TagsChanged;
+  using tags::RowKind;
+  constexpr int32_t kNumber = 1'000;  // none that robots are given
+  constexpr int32_t kString = 1;
+  std::vector<engine::Outgoing> out;
+  const auto change = [&](const TagsChanged& it) {
+    const auto submitted = service->Submit(it, &out);
+    assert(submitted.ok());
+    static_cast<void>(submitted);
+  };
+  change({TagsChanged::Define{{RowKind::kRobot, kNumber, kNumber, kOperator}}});
+  change({TagsChanged::Define{
+      {RowKind::kString, kNumber, kString, std::string(client::kCleaningBase) + "keepAway"}}});
+  for (int zone = 0; zone < experiment.grid.zones(); ++zone) {
+    if (experiment.IsClosed(zone)) {
+      const int32_t tag = zone + 1;
+      change({TagsChanged::Write{.tag = static_cast<uint16_t>(tag),
+                                 .block = {kNumber, 0, {-18, tag}, {0, kString}, {-17, kNumber}}}});
+    }
+  }
+}
+
 // Sees who begins and ends, millisecond by millisecond.
 class Attendance {
  public:
-  Attendance(const CleaningGrid& grid, const Simulation* simulation, CleaningRun* run)
-      : grid_(grid), simulation_(simulation), run_(run), robots_(simulation->robot_count()) {}
+  Attendance(const CleaningExperiment& experiment, const Swarm* swarm, CleaningRun* run)
+      : grid_(experiment.grid),
+        sample_ms_(experiment.sample_ms),
+        swarm_(swarm),
+        run_(run),
+        robots_(swarm->robot_count()) {
+    run_->tracks.resize(swarm->robot_count());
+  }
 
   void Look(int64_t now_ms) {
     for (size_t i = 0; i < robots_.size(); ++i) {
-      const client::Cleaner* cleaner = simulation_->robot(i).cleaner();
+      const client::Cleaner* cleaner = swarm_->robot(i).cleaner();
       const bool is_cleaning = cleaner != nullptr && cleaner->is_cleaning();
       if (is_cleaning && !robots_[i].cleaning) {
         Begin(i, *cleaner, now_ms);
       } else if (!is_cleaning && robots_[i].cleaning) {
         const bool is_done = cleaner != nullptr && cleaner->lost_claims() == robots_[i].lost_claims;
         End(i, is_done, now_ms);
+      }
+      if (sample_ms_ > 0 && now_ms % sample_ms_ == 0) {
+        run_->tracks[i].push_back(swarm_->robot(i).true_pose());
       }
     }
   }
@@ -72,6 +112,14 @@ class Attendance {
       if (robots_[i].cleaning) {
         End(i, false, now_ms);
       }
+      const sim::MobileRobot& robot = swarm_->robot(i);
+      run_->lost_claims += robot.cleaner() != nullptr ? robot.cleaner()->lost_claims() : 0;
+      run_->tag_requests += robot.counters().tag_requests;
+      run_->fail_safe_stops += robot.counters().fail_safe_stops;
+    }
+    run_->together_ms = TogetherMs(run_->cleanings);
+    for (size_t channel = 0; channel < swarm_->channel_count(); ++channel) {
+      run_->utilisation = std::max(run_->utilisation, swarm_->medium(channel).Utilisation());
     }
   }
 
@@ -82,7 +130,7 @@ class Attendance {
   };
 
   void Begin(size_t robot, const client::Cleaner& cleaner, int64_t now_ms) {
-    const sim::PlanePose& pose = simulation_->robot(robot).true_pose();
+    const sim::PlanePose& pose = swarm_->robot(robot).true_pose();
     const int zone = grid_.ZoneAt(pose.x_m, pose.y_m);
     robots_[robot] = {run_->cleanings.size(), cleaner.lost_claims()};
     run_->cleanings.push_back({.zone = zone, .robot = static_cast<int>(robot), .begin_ms = now_ms});
@@ -97,7 +145,8 @@ class Attendance {
   }
 
   const CleaningGrid& grid_;
-  const Simulation* simulation_;
+  int64_t sample_ms_;
+  const Swarm* swarm_;
   CleaningRun* run_;
   std::vector<Robot> robots_;
 };
@@ -114,7 +163,7 @@ double CleaningExperiment::IdealCycleSeconds() const {
 }
 
 std::string WhatIsWrong(const CleaningExperiment& experiment) {
-  const int zones = experiment.grid.zones();
+  const int zones = experiment.grid.zones() - std::popcount(experiment.closed);
   if (experiment.robots > zones) {
     return fmt::format("{} robots in {} zones, expected at most one in each", experiment.robots,
                        zones);
@@ -150,9 +199,11 @@ SimulationConfig SimulationOf(const CleaningExperiment& experiment, uint64_t see
   for (size_t i = 0; i < zones.size(); ++i) {
     zones[i] = static_cast<int>(i);
   }
+  std::erase_if(zones, [&](int zone) { return experiment.IsClosed(zone); });
   for (int i = 0; i < experiment.robots; ++i) {
     const auto at = static_cast<size_t>(i);
     std::swap(zones[at], zones[at + random() % (zones.size() - at)]);
+    const int start = experiment.starts.empty() ? zones[at] : experiment.starts[at];
     RobotConfig robot;
     client::PrepareForCleaning(&robot.client);
     robot.client.id = static_cast<uint8_t>(i + 1);
@@ -164,7 +215,7 @@ SimulationConfig SimulationOf(const CleaningExperiment& experiment, uint64_t see
     robot.cleaner =
         client::CleanerParameters{.cleaning_ms = static_cast<uint16_t>(experiment.cleaning_ms),
                                   .lease_s = static_cast<uint16_t>(experiment.LeaseSeconds())};
-    robot.start = {experiment.grid.CentreX(zones[at]), experiment.grid.CentreY(zones[at]),
+    robot.start = {experiment.grid.CentreX(start), experiment.grid.CentreY(start),
                    static_cast<double>(random() % 360) * std::numbers::pi / 180};
     if (experiment.switch_off && experiment.switch_off->robot == i) {
       robot.power_off_ms = experiment.switch_off->time_ms;
@@ -177,33 +228,54 @@ SimulationConfig SimulationOf(const CleaningExperiment& experiment, uint64_t see
 CleaningRun RunCleaning(const CleaningExperiment& experiment, uint64_t seed,
                         const std::function<void(int64_t second)>& on_second) {
   Simulation simulation(SimulationOf(experiment, seed));
+  if (experiment.closed != 0) {
+    Close(experiment, &simulation.service());
+  }
   CleaningRun run;
-  run.tracks.resize(simulation.robot_count());
-  Attendance attendance(experiment.grid, &simulation, &run);
+  Attendance attendance(experiment, &simulation.swarm(), &run);
   for (int64_t ms = 0; ms <= experiment.duration_ms; ++ms) {
     simulation.RunTo(ms);
     attendance.Look(ms);
-    if (experiment.sample_ms > 0 && ms % experiment.sample_ms == 0) {
-      for (size_t i = 0; i < run.tracks.size(); ++i) {
-        run.tracks[i].push_back(simulation.robot(i).true_pose());
-      }
-    }
     if (on_second && ms > 0 && ms % 1000 == 0) {
       on_second(ms / 1000);
     }
   }
   attendance.Finish(experiment.duration_ms);
-  run.together_ms = TogetherMs(run.cleanings);
-  for (size_t i = 0; i < simulation.robot_count(); ++i) {
-    const sim::MobileRobot& robot = simulation.robot(i);
-    run.lost_claims += robot.cleaner() != nullptr ? robot.cleaner()->lost_claims() : 0;
-    run.tag_requests += robot.counters().tag_requests;
-    run.fail_safe_stops += robot.counters().fail_safe_stops;
-  }
-  for (size_t channel = 0; channel < simulation.swarm().channel_count(); ++channel) {
-    run.utilisation = std::max(run.utilisation, simulation.medium(channel).Utilisation());
-  }
+  run.end_ms = experiment.duration_ms;
   run.state_hash = simulation.state_hash();
+  return run;
+}
+
+Result<CleaningRun> RunCleaningLive(const CleaningExperiment& experiment, uint64_t seed,
+                                    const std::vector<std::string>& ports,
+                                    const volatile std::sig_atomic_t* stop,
+                                    const std::function<void(int64_t second)>& on_second) {
+  if (ports.size() != static_cast<size_t>(experiment.channels)) {
+    return Error{fmt::format("{} ports for {} channels, expected one for each", ports.size(),
+                             experiment.channels)};
+  }
+  SimulationConfig config = SimulationOf(experiment, seed);
+  std::random_device random;  // a daemon may remember robots of earlier runs
+  for (RobotConfig& robot : config.robots) {
+    robot.client.boot_counter = static_cast<uint16_t>(random());
+    robot.client.buffered_link = true;
+    robot.client.gap_timeout_ms = kBufferedGapMs;
+  }
+  LiveSwarm live(config, ports, experiment.timing.adapter_ns);
+  if (const Status opened = live.Open(); !opened.ok()) {
+    return opened.error();
+  }
+  CleaningRun run;
+  Attendance attendance(experiment, &live.swarm(), &run);
+  live.Run(experiment.duration_ms, stop, [&] {
+    const int64_t ms = live.swarm().now_ms();
+    attendance.Look(ms);
+    if (on_second && ms > 0 && ms % 1000 == 0) {
+      on_second(ms / 1000);
+    }
+  });
+  run.end_ms = live.swarm().now_ms();
+  attendance.Finish(run.end_ms);
   return run;
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Figures of cleaning: soil, floor, and how long zones wait on larger floors.
+"""Figures of cleaning: soil, floor, how long zones wait on larger floors, and the reach of proofs.
 
     figure.py [RESULTS] [--out FOLDER] [--pdf]
 """
@@ -124,10 +124,33 @@ def draw_sweep(rows):
     return figure
 
 
+def draw_reach(rows):
+    queries = style.groups(rows, "query")
+    figure, panels = pyplot.subplots(1, len(queries), figsize=(11, 4), sharey=True, squeeze=False)
+    for axes, (query, of_query) in zip(panels.flat, queries.items()):
+        for robots, of_robots in style.groups(of_query, "robots").items():
+            i = int(robots) - 1
+            axes.plot(style.column(of_robots, "zones"), style.column(of_robots, "states"),
+                      color=style.COLOURS[i], marker=style.MARKS[i],
+                      label=f"{robots:g} robot" + ("s" if robots > 1 else ""))
+            unknown = [row for row in of_robots if row["verdict"] == "unknown"]
+            axes.scatter(style.column(unknown, "zones"), style.column(unknown, "states"), s=130,
+                         facecolors="none", edgecolors=style.VERMILION, zorder=4,
+                         label="the memory was not enough" if unknown else None)
+        axes.set_yscale("log")
+        axes.set_title(query)
+        axes.set_xlabel("zones")
+    panels.flat[0].set_ylabel("states")
+    figure.suptitle("States of a proof, by zones and robots, in 64 MiB")
+    style.legend_below(figure, panels.flat)
+    return figure
+
+
 FIGURES = {"cleaning-soil": (draw_soil, "cleaning-soil.csv", "cleaning-cleanings.csv",
                              "cleaning-zones.csv"),
            "cleaning-floor": (draw_floor, "cleaning-zones.csv", "cleaning-tracks.csv"),
-           "cleaning-sweep": (draw_sweep, "cleaning-sweep.csv")}
+           "cleaning-sweep": (draw_sweep, "cleaning-sweep.csv"),
+           "cleaning-reach": (draw_reach, "cleaning-reach.csv")}
 
 if __name__ == "__main__":
     style.main(FIGURES, __doc__)

@@ -15,7 +15,44 @@ constexpr std::array<int, kPaperColumns* kPaperRows> kPaperRates = {5,  5,  5, 5
 
 }  // namespace
 
+double CleaningGrid::CentreX(int zone) const {
+  return own.empty() ? (ColumnOf(zone) + 0.5) * zone_m : own[static_cast<size_t>(zone)].x_m;
+}
+
+double CleaningGrid::CentreY(int zone) const {
+  return own.empty() ? (RowOf(zone) + 0.5) * zone_m : own[static_cast<size_t>(zone)].y_m;
+}
+
+double CleaningGrid::RangeOf(int zone) const {
+  return own.empty() ? kRangeOfZone * zone_m : own[static_cast<size_t>(zone)].range_m;
+}
+
+double CleaningGrid::width_m() const {
+  double most = 0;
+  for (int zone = 0; zone < zones(); ++zone) {
+    most = std::max(most, CentreX(zone) + zone_m / 2);
+  }
+  return most;
+}
+
+double CleaningGrid::height_m() const {
+  double most = 0;
+  for (int zone = 0; zone < zones(); ++zone) {
+    most = std::max(most, CentreY(zone) + zone_m / 2);
+  }
+  return most;
+}
+
 int CleaningGrid::ZoneAt(double x_m, double y_m) const {
+  if (!own.empty()) {
+    const auto distance = [&](const CleaningZone& zone) {
+      return std::hypot(zone.x_m - x_m, zone.y_m - y_m);
+    };
+    const auto nearest = std::min_element(
+        own.begin(), own.end(),
+        [&](const CleaningZone& a, const CleaningZone& b) { return distance(a) < distance(b); });
+    return static_cast<int>(nearest - own.begin());
+  }
   const auto place = [this](double at_m, int count) {
     return std::clamp(static_cast<int>(std::floor(at_m / zone_m)), 0, count - 1);
   };
@@ -23,6 +60,9 @@ int CleaningGrid::ZoneAt(double x_m, double y_m) const {
 }
 
 int CleaningGrid::RatePercent(int zone) const {
+  if (!own.empty()) {
+    return own[static_cast<size_t>(zone)].rate_percent;
+  }
   const size_t column = static_cast<size_t>(ColumnOf(zone)) % kPaperColumns;
   const size_t row = static_cast<size_t>(RowOf(zone)) % kPaperRows;
   return kPaperRates[column * kPaperRows + row];

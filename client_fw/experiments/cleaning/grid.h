@@ -1,4 +1,5 @@
-// The floor of the cleaning swarm: a grid of square zones, the soil on them, and who cleaned when.
+// The floor of the cleaning swarm: square zones, on a grid or anywhere, the soil on them, and who
+// cleaned when.
 //
 //   const CleaningGrid grid{.columns = 4, .rows = 3};
 //   grid.RatePercent(4);                                  // 10: the paper's zone 5
@@ -17,17 +18,36 @@
 
 namespace pheromone::swarm {
 
+/// From how far a tag is read, by the side of a zone: beyond the next tag, not to the diagonal one.
+constexpr double kRangeOfZone = 1.2;
+
+/// A zone of a floor that is not the paper's: its middle, from the floor's lower left corner, and
+/// from how far its tag is read.
+struct CleaningZone {
+  double x_m = 0;
+  double y_m = 0;
+  double range_m = 1.2;
+  int rate_percent = 5;  ///< of soil in each step
+};
+
 struct CleaningGrid {
   int columns = 4;
   int rows = 3;
-  double zone_m = 1;  ///< the side of a zone
+  double zone_m = 1;                ///< the side of a zone
+  std::vector<CleaningZone> own{};  ///< not empty: these, whatever `columns` and `rows` are
 
-  int zones() const { return columns * rows; }
+  int zones() const { return own.empty() ? columns * rows : static_cast<int>(own.size()); }
+  /// Of a grid.
   int ColumnOf(int zone) const { return zone / rows; }
   int RowOf(int zone) const { return zone % rows; }
-  /// The middle of a zone, from the grid's lower left corner.
-  double CentreX(int zone) const { return (ColumnOf(zone) + 0.5) * zone_m; }
-  double CentreY(int zone) const { return (RowOf(zone) + 0.5) * zone_m; }
+  /// The middle of a zone, from the floor's lower left corner.
+  double CentreX(int zone) const;
+  double CentreY(int zone) const;
+  /// From how far its tag is read.
+  double RangeOf(int zone) const;
+  /// Of a floor with half a zone around all middles.
+  double width_m() const;
+  double height_m() const;
   /// The zone that a point is in; beyond the edge, the nearest.
   int ZoneAt(double x_m, double y_m) const;
   /// What a zone soils in each step: 10 in the paper's zones 5 to 8 and 11, else 5. The pattern of
@@ -44,15 +64,14 @@ struct Cleaning {
   bool is_done = false;  ///< to the end, so that the zone is clean
 };
 
-/// How zones soil: by their rate every 15 units of time, up to 100 %.
+/// How zones soil: by their rate after each step, up to 100 %.
 struct SoilRule {
-  static constexpr int kStepUnits = 15;
-
   double start_percent = 20;  ///< of all zones
   int64_t unit_ms = 3000;
   double threshold_percent = 51;  ///< to stay below: the paper's TR
+  int step_units = 15;            ///< the paper's time_step
 
-  int64_t step_ms() const { return kStepUnits * unit_ms; }
+  int64_t step_ms() const { return step_units * unit_ms; }
 };
 
 /// From `time_ms` on, until the next.

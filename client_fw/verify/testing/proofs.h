@@ -45,9 +45,9 @@ inline const CleaningResult& Print(const CleaningResult& result) {
   return result;
 }
 
-/// Robots that need exactly this long for a zone.
+/// Robots that need exactly this long for a zone of the paper's floor.
 inline CleaningLimits Taking(int time) {
-  return {.clean_min = time, .clean_max = time};
+  return {.clean_min = time, .clean_max = time, .rates_percent = PaperRates()};
 }
 
 inline int LongestGap(const CleaningResult& result) {
