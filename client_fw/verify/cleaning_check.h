@@ -70,6 +70,7 @@ CleaningResult CheckLevels(const CleaningLimits& limits, const CleaningStarts& s
 /// times (gap / step + 1), halves dropped: where this is below, and before the first cleaning too,
 /// no further search is needed, and `levels` has these bounds. Else the worst of the other zones
 /// are searched for a way there, a zone at a time: its level alone is part of the states.
+/// Where the proof failed, its result is this one too, even if the forgotten zone does not soil.
 CleaningResult CheckLevelsForEver(const CleaningLimits& limits, const CleaningStarts& starts,
                                   const SoilPercents& soil, const CleaningResult& proof,
                                   const SearchLimits& search = {});
