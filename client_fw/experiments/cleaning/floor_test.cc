@@ -106,7 +106,9 @@ TEST(CleaningFloorTest, TheSameFileIsSimulated) {
   EXPECT_EQ(run.cleanings.front().zone, 2);
   for (const Cleaning& it : run.cleanings) {
     EXPECT_NE(it.zone, 3);
-    EXPECT_TRUE(!it.is_done || it.end_ms - it.begin_ms >= 3'900);
+    // The cleaner counts whole turns of the drive's odometry, at most 100 ms: also the one in which
+    // its claim was answered.
+    EXPECT_TRUE(!it.is_done || it.end_ms - it.begin_ms > 4'000 - 100);
   }
   EXPECT_TRUE(run.is_safe());
 }
