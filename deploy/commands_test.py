@@ -245,6 +245,7 @@ class ManualTest(Page):
     def test_pheromone_swarm(self):
         self.run_it("pheromoned --default-config > lab.toml")
         self.begin("pheromoned --config lab.toml")
+        self.lay_out(ROOT / "client_fw/lab/examples")
         self.follow(self.commands("pheromone-swarm.1"))
 
     def test_pheromone_robot(self):
@@ -256,6 +257,7 @@ class ManualTest(Page):
 
     def test_pheromone_experiments(self):
         self.lay_out(EXAMPLES)
+        self.lay_out(ROOT / "client_fw/experiments/cleaning/floors")
         self.follow(self.commands("pheromone-experiments.1"))
 
     def check_file(self, page, name, command):
