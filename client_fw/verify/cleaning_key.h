@@ -33,7 +33,7 @@ class CleaningKeys {
   using Key = std::array<uint64_t, kMaxWords>;  ///< the first words() of it
 
   struct Packed {
-    Key key;
+    Key key{};
     uint8_t way = 0;    ///< the symmetry by which the state became that of `key`
     uint8_t equal = 0;  ///< how many symmetries do
   };

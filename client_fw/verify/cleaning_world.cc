@@ -48,7 +48,7 @@ std::string WrongNeighbours(const CleaningNeighbours& floor) {
 }  // namespace
 
 CleaningNeighbours GridNeighbours(int columns, int rows) {
-  CleaningNeighbours floor(static_cast<size_t>(columns * rows));
+  CleaningNeighbours floor(static_cast<size_t>(columns) * static_cast<size_t>(rows));
   for (int column = 0; column < columns; ++column) {
     for (int row = 0; row < rows; ++row) {
       const auto add = [&](int c, int r) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -107,6 +108,7 @@ class FloorReader {
     floor_.limits.columns = grid.columns;
     floor_.limits.rows = grid.rows;
     std::vector<CleaningZone> own;
+    own.reserve(static_cast<size_t>(grid.zones()));
     for (int zone = 0; zone < grid.zones(); ++zone) {
       own.push_back({.x_m = grid.CentreX(zone),
                      .y_m = grid.CentreY(zone),
@@ -240,6 +242,7 @@ class FloorReader {
                                       std::min(3 * limits.clean_max + 1, verify::kMaxUnits))
                              .value_or(1));
     std::vector<std::string_view> names;
+    names.reserve(std::size(kPolicies));
     for (const Policy& policy : kPolicies) {
       names.push_back(policy.name);
     }

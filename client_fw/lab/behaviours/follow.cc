@@ -1,5 +1,6 @@
 #include "client_fw/lab/behaviours/follow.h"
 
+#include <cmath>
 #include <vector>
 
 #include "client_fw/core/requests/request_memory.h"
@@ -28,7 +29,7 @@ class FollowBehaviour : public Behaviour {
 
   Status Act(const PheromoneView& view, const PheromoneActions& actions, size_t first,
              size_t count) override {
-    const auto elapsed_ms = static_cast<uint16_t>(view.step_s * 1000 + 0.5);
+    const auto elapsed_ms = static_cast<uint16_t>(std::lround(view.step_s * 1000));
     for (size_t i = first; i < first + count; ++i) {
       client::Behaviour& driver = drivers_[i - view.group_first];
       driver.Advance(elapsed_ms);

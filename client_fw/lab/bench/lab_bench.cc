@@ -104,6 +104,7 @@ std::vector<double> SplitOf(World* world, int steps) {
     }
   }
   std::vector<double> medians;
+  medians.reserve(ns.size());
   for (const std::vector<double>& of_phase : ns) {
     medians.push_back(Quantile(of_phase, 0.5));
   }
@@ -115,7 +116,8 @@ std::vector<double> SplitOf(World* world, int steps) {
 double RadioLevel() {
   std::string starts;
   for (int i = 0; i < 250; ++i) {
-    starts += fmt::format("[{}, {}, {}],", 0.5 + i % 16, 0.5 + i / 16, 37 * i % 360);
+    const int row = i / 16;
+    starts += fmt::format("[{}, {}, {}],", 0.5 + i % 16, 0.5 + row, 37 * i % 360);
   }
   const Result<swarm::Scenario> scenario = swarm::ParseScenario(
       fmt::format(

@@ -42,7 +42,7 @@ void ReadMeasureSection(const Value& root, Notes* notes, LabScenario* scenario) 
 
 // A name that no other table [[KIND]] has.
 std::string ReadUniqueName(const TableReader& table, const std::vector<std::string>& names) {
-  const std::string name = config::ReadName(table).value_or("");
+  std::string name = config::ReadName(table).value_or("");
   if (!name.empty() && std::find(names.begin(), names.end(), name) != names.end()) {
     table.Report("name", "found \"" + name + "\" a second time, expected a name of its own");
   }
@@ -110,6 +110,7 @@ std::optional<size_t> ReadWhich(const TableReader& table, std::string_view key,
 template <typename List>
 std::vector<std::string> NamesOf(const List& list) {
   std::vector<std::string> names;
+  names.reserve(list.size());
   for (const auto& item : list) {
     names.push_back(item.name);
   }
