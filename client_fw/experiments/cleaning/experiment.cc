@@ -175,6 +175,11 @@ std::string WhatIsWrong(const CleaningExperiment& experiment) {
     return fmt::format("{} channels for {} robots, expected at most one for each",
                        experiment.channels, experiment.robots);
   }
+  if (experiment.cleaning_ms > UINT16_MAX || experiment.LeaseSeconds() > UINT16_MAX) {
+    return fmt::format("cleaning for {} s with a lease of {} s, expected at most {} and {} s",
+                       static_cast<double>(experiment.cleaning_ms) / 1000,
+                       experiment.LeaseSeconds(), UINT16_MAX / 1000, UINT16_MAX);
+  }
   if (1000 * experiment.LeaseSeconds() < experiment.cleaning_ms + 1000) {
     return fmt::format("a lease of {} s and cleaning for {} s, expected 1 s more",
                        experiment.lease_s, static_cast<double>(experiment.cleaning_ms) / 1000);

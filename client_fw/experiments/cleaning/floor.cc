@@ -227,8 +227,8 @@ class FloorReader {
 
   void ReadRobots() {
     const TableReader robots = Section("robots");
-    robots.AllowOnly({"count", "starts", "clean_units", "move_units", "wait_units", "lease_units",
-                      "crashes", "policy"});
+    robots.AllowOnly(
+        {"count", "starts", "clean_units", "move_units", "wait_units", "lease_units", "policy"});
     CleaningLimits& limits = floor_.limits;
     limits.robots = static_cast<int>(
         robots.Integer("count", 1, static_cast<int64_t>(verify::kMaxCleaners), 2).value_or(1));
@@ -372,6 +372,9 @@ Result<CleaningExperiment> ExperimentOf(const CleaningFloor& floor,
   if (floor.policy != kPolicies[0].name) {
     return Error{fmt::format("{}: policy \"{}\" can be proved only; robots have \"{}\"", floor.name,
                              floor.policy, kPolicies[0].name)};
+  }
+  if (floor.limits.lease == 0) {
+    return Error{floor.name + ": lease_units = 0 can be proved only; robots always have a lease"};
   }
   CleaningExperiment experiment = base;
   experiment.grid = floor.grid;

@@ -94,6 +94,16 @@ TEST(CleaningFloorTest, MistakesAreToldWithTheirPlaceAndWhatWasExpected) {
   EXPECT_TRUE(Contains(Problem(star), "zone 1: found 8 zones beside it, expected at most 7"));
 }
 
+// A robot's clock for a zone has 16 bits, and it always claims with a lease.
+TEST(CleaningFloorTest, WhatRobotsCannotDoIsNotSimulated) {
+  const CleaningExperiment slow =
+      ExperimentOf(Good("[robots]\nclean_units = 22\n[soil]\nunit_s = 3.0\n"), {}).value();
+  EXPECT_TRUE(Contains(WhatIsWrong(slow), "expected at most 65 and 65535 s")) << WhatIsWrong(slow);
+  const auto unleased = ExperimentOf(Good("[robots]\nlease_units = 0\n"), {});
+  EXPECT_TRUE(Contains(unleased.ErrorOr(""), "lease_units = 0 can be proved only"));
+  EXPECT_TRUE(Contains(Problem("[robots]\ncrashes = 1\n"), "unknown key"));
+}
+
 // A robot is never in a closed zone, nor a zone cleaned that a sign closes: as the proof has it.
 TEST(CleaningFloorTest, TheSameFileIsSimulated) {
   const CleaningFloor floor = Good(

@@ -4,8 +4,8 @@ README.md of this folder; it shares nothing with the C++ code, not even the idea
 
     floor = Floor.load("floors/paper.toml")
     Search(floor).clean()        # ("proved", 65): the paper's first query, and the longest until then
-    Search(floor).bounded()      # ("refuted", 90): the second, and when a zone is first too dirty
-    Search(floor).forgotten()    # ("proved", 78): and the longest that a zone waits for a cleaning
+    Search(floor).bounded()      # ("proved", None): the second; or "refuted", and when a zone is first too dirty
+    Search(floor).forgotten()    # ("proved", 76): and the longest that a zone waits for a cleaning
 
 A state is what a person would write down: of each zone when it was cleaned, whether it is occupied,
 and its soil; of each robot where it is, what it does and how long still; the time until zones soil.

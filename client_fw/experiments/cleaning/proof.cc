@@ -110,7 +110,7 @@ std::string Claim(const CleaningFloor& floor, const ProofQuestion& question) {
     case ProofKind::kForgotten:
       return "robots never meet in a zone, and no zone is forgotten";
     case ProofKind::kCrash:
-      return "the same if a robot breaks down";
+      return "robots never meet, and no zone is forgotten, even if a robot breaks down";
   }
   return "";
 }

@@ -3,7 +3,7 @@
 //
 //   for (const ProofQuestion& question : ProofQuestions(floor)) {
 //     const ProofAnswer answer = Answer(floor, question, search);
-//     fmt::print("{}\n", Sentence(floor, answer));
+//     fmt::print("{}: {}\n", Claim(floor, question), Outcome(answer));
 //   }
 //
 // Pure; a search at a time for each thread.
@@ -23,7 +23,7 @@ enum class ProofKind {
   kBounded,    ///< all zones stay below the limit until the horizon: the second
   kForgotten,  ///< for all time: robots never meet, and no zone is forgotten
   kForEver,    ///< all zones stay below the limit
-  kCrash,      ///< the same if a robot breaks down at any time
+  kCrash,      ///< kForgotten, if a robot breaks down at any time
 };
 
 struct ProofQuestion {

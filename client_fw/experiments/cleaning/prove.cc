@@ -89,10 +89,19 @@ int Prove(const ProveOptions& options) {
     return Fail(loaded.error(), kWrongInput);
   }
   const CleaningFloor& floor = loaded.value();
+  const std::vector<ProofQuestion> questions = ProofQuestions(floor);
+  for (const std::string& query : options.queries) {
+    if (std::none_of(questions.begin(), questions.end(),
+                     [&](const ProofQuestion& it) { return it.name == query; })) {
+      return Fail(
+          fmt::format("{}: query \"{}\" is about two robots or more, found one", floor.name, query),
+          kWrongInput);
+    }
+  }
   fmt::print("{}", Heading(floor));
   std::vector<ProofAnswer> answers;
   std::vector<std::pair<std::string, std::string>> files;
-  for (const ProofQuestion& question : ProofQuestions(floor)) {
+  for (const ProofQuestion& question : questions) {
     if (!options.queries.empty() && std::find(options.queries.begin(), options.queries.end(),
                                               question.name) == options.queries.end()) {
       continue;
