@@ -53,7 +53,7 @@ class Sites {
     least_way_m_[food * sites_.size() + nest] = metres;
   }
 
-  /// Of amounts and of who carries what since when.
+  /// Of the trips, and of the amounts and places of the sites.
   uint64_t Hash() const;
 
  private:

@@ -94,7 +94,7 @@ class World {
 
   /// Replaces the obstacles from now on. Errors: their mask is not of the map's size.
   Status ReplaceObstacles(field::Shared<field::ObstacleMask> obstacles);
-  /// From now on the robot stands where it is.
+  /// From now on the robot brakes, and then stands.
   void Fail(size_t robot) { robots_.failed[robot] = 1; }
 
   /// Of the robots, the field and the sites.

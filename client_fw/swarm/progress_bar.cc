@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <string>
 
 #include "server/base/standard_output.h"
@@ -14,7 +15,8 @@ std::function<void(int64_t)> ProgressBar(int64_t duration_ms) {
     return {};
   }
   return [duration_ms, shown = int64_t{-1}](int64_t ms) mutable {
-    const int64_t percent = ms * 100 / duration_ms;
+    const int64_t percent =
+        std::min<int64_t>(100, ms * 100 / duration_ms);  // a last step ends later
     if (percent != shown) {
       shown = percent;
       fmt::print(Unescaped(stderr), "\r[{:<40}] {:3} %",

@@ -127,7 +127,6 @@ class ForageBehaviour : public Behaviour {
             double left_nest, size_t i) const {
     if (loaded) {
       actions.quanta[i] = settings_.quanta;
-      actions.type[i] = view.types[0];
     } else if (settings_.homing == Homing::kPheromone) {
       const double left =
           1 - (static_cast<double>(view.step) - left_nest) * view.step_s / settings_.fade_s;

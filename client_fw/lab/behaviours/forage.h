@@ -2,7 +2,7 @@
 //
 // Searching, a robot follows slot 0, the trail that robots with loads leave, away from the nest, by
 // the differential law of the core (steering.h); without a trail it wanders. At food it picks up a
-// load, leaves a trail of the pheromone of slot 0 on its way home, and drops it at the nest.
+// load, leaves a trail of its group's pheromone on its way home, and drops it at the nest.
 //
 // Two antennas see across a trail, not along it, so a robot needs to know where home is:
 //   bearing     it knows where the nest is (odometry, a compass, a beacon): straight home

@@ -42,7 +42,11 @@ class Walk {
   static constexpr double kAsideRad = 0.8;
 
   Walk(const PheromoneView& view, const PheromoneActions& actions, size_t robot)
-      : view_(view), memory_(actions.memory + robot * kPheromoneMemory), robot_(robot) {}
+      : view_(view), memory_(actions.memory + robot * kPheromoneMemory), robot_(robot) {
+    if (view_.step == 0) {
+      SetCourse(view_.heading_rad[robot_]);
+    }
+  }
 
   double& at(WalkMemory number) const { return memory_[number]; }
   double Uniform(WalkUse use) const {
@@ -62,9 +66,6 @@ class Walk {
   /// wall, that leads back, by up to a right angle aside; of another robot it keeps to the right,
   /// by 45 to 90 degrees: so those that meet head-on on a trail pass each other.
   bool Escapes() const {
-    if (view_.step == 0) {
-      SetCourse(view_.heading_rad[robot_]);
-    }
     if (at(kEscape) > 0) {
       at(kEscape) -= 1;
       return true;

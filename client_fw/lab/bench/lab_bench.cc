@@ -1,5 +1,5 @@
 // lab_bench: how many robots the lab moves in real time, where the time goes, and what others need
-// in the same run. By hand; a quarter of an hour for all sizes on two cores.
+// in the same run. By hand; some minutes for all sizes on two cores.
 //
 //   lab_bench [--robots 1000,10000,100000] [--steps 200] [--csv FILE]
 //

@@ -20,8 +20,9 @@ Status ScenarioEvents::MakeDue() {
   const auto now_ms = static_cast<int64_t>(world_->time().now_ms());
   bool moved = false;
   for (; next_ < scenario_.events.size() && scenario_.events[next_].at_ms <= now_ms; ++next_) {
-    PHEROMONE_TRY_STATUS(Make(scenario_.events[next_]));
-    moved = true;
+    const LabEvent& event = scenario_.events[next_];
+    PHEROMONE_TRY_STATUS(Make(event));
+    moved |= event.kind == LabEvent::Kind::kGate || event.kind == LabEvent::Kind::kMoveSite;
   }
   if (moved) {
     SetLeastWays();

@@ -47,6 +47,7 @@ struct GroupReader {
   void ReadDeposits();
   void ReadBehaviour();
   void ReadParameters();
+  void CheckSpeed() const;
   void ReadPluginParameters();
   void ReadBody();
   std::optional<AreaM> ReadArea() const;
@@ -105,6 +106,15 @@ void GroupReader::ReadDeposits() {
     group.deposits = law->type;
   } else if (quanta() > 0) {
     table.Missing("deposits", config::ListOf(field.pheromones) + ", since it deposits quanta");
+  }
+}
+
+void GroupReader::CheckSpeed() const {
+  const auto speed = plan.values.find("speed_m_per_s");
+  if (speed != plan.values.end() && speed->second > group.wheels.max_speed_m_s) {
+    table.Report(table.Find("parameters") != nullptr ? "parameters" : "max_speed_m_per_s",
+                 fmt::format("found speed_m_per_s = {} for wheels of at most {} m/s", speed->second,
+                             group.wheels.max_speed_m_s));
   }
 }
 
@@ -272,6 +282,7 @@ void ReadGroups(const Value& root, Notes* notes, LabScenario* scenario) {
     GroupReader reader{table, *notes, closed, {}, {}};
     reader.ReadBody();
     reader.ReadBehaviour();
+    reader.CheckSpeed();
     reader.ReadSenses();
     reader.ReadDeposits();
     int64_t count = 0;

@@ -11,9 +11,8 @@
 //   ..._contacts_per_robot_hour  begun, with other robots and with walls
 //   standing_share               of robots and steps: moved by less than a millimetre
 //   covered_share                of the places of [measure], those that a robot was at
-//   idle_mean_s, idle_most_s     the time since a robot was at a place, over places and time, and
-//   at
-//                                the end the longest
+//   idle_mean_s                  the time since a robot was at a place, over places and time
+//   idle_most_s                  the longest such time at the end
 #pragma once
 
 #include <cstdint>

@@ -104,7 +104,11 @@ std::optional<size_t> ReadWhich(const TableReader& table, std::string_view key,
     table.Report(key, "found a name, but the scenario has none of this kind");
     return std::nullopt;
   }
-  return table.OneOf(key, words);
+  const auto which = table.OneOf(key, words);
+  if (which && std::count(words.begin(), words.end(), words[*which]) > 1) {
+    table.Report(key, "found a name that several have, expected names of their own");
+  }
+  return which;
 }
 
 template <typename List>

@@ -195,6 +195,18 @@ TEST(LabScenarioTest, AMistakeNamesLineKeyAndWhatIsExpected) {
             "radius_m from every obstacle");
   EXPECT_EQ(ErrorWith("kind = \"nest\"", "kind = \"nest\"\namount = 3"),
             "ants.toml:37:1: site[1].amount: not permitted with kind = \"nest\", expected food");
+  EXPECT_EQ(ErrorWith("wander_deg = 10", "speed_m_per_s = 2"),
+            "ants.toml:55:14: robots[1].parameters: found speed_m_per_s = 2 for wheels of at most "
+            "1.2 m/s");
+  EXPECT_EQ(ErrorWith("name = \"guard\"", "name = \"ants\""),
+            "ants.toml:81:10: event[3].robots: found a name that several have, expected names of "
+            "their own");
+}
+
+TEST(LabScenarioTest, ATableThatIsNotThereCanBeSet) {
+  std::string text(kAnts);
+  text.erase(0, text.find("[map]"));
+  EXPECT_EQ(Parsed(text, {{"run.seed", "7"}}).value().world.seed, 7u);
 }
 
 TEST(LabScenarioTest, AValueCanBeSetBeforeItIsRead) {
@@ -217,7 +229,9 @@ TEST(LabScenarioTest, AValueCanBeSetBeforeItIsRead) {
             "2");
   EXPECT_EQ(ErrorOf({{"robots[3].count", "3"}}),
             "--set robots[3].count: found 2 tables [[robots]], expected a number from 1 to 2");
-  EXPECT_EQ(ErrorOf({{"robot.count", "3"}}), "--set robot.count: the scenario has no table robot");
+  EXPECT_EQ(ErrorOf({{"robot.count", "3"}}), "ants.toml:1:1: robot: unknown key, expected robots?");
+  EXPECT_EQ(ErrorOf({{"robot[1].count", "3"}}),
+            "--set robot[1].count: the scenario has no table robot[1]");
   EXPECT_EQ(ErrorOf({{"run.sed", "3"}}), "ants.toml:1:1: run.sed: unknown key, expected seed?");
 }
 

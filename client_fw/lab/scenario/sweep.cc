@@ -52,6 +52,9 @@ std::vector<uint64_t> ReadSeeds(const TableReader& sweep) {
     }
     return list;
   }
+  if (seeds->items.empty()) {
+    sweep.Expected("seeds", *seeds, "at least one seed, or how many");
+  }
   for (const Value& seed : seeds->items) {
     if (seed.kind != Value::Kind::kInteger || seed.integer < 0) {
       sweep.Expected("seeds", seed, "whole numbers from 0 up, or how many seeds");

@@ -47,6 +47,9 @@ TEST(Sweep, AMistakeIsTold) {
   EXPECT_EQ(CommandsOf("[sweep]\nseeds = [-1]\n")[0],
             "a b.toml:2:10: sweep.seeds: found -1, expected whole numbers from 0 up, or how many "
             "seeds");
+  EXPECT_EQ(
+      CommandsOf("[sweep]\nseeds = []\n")[0],
+      "a b.toml:2:9: sweep.seeds: found an array of 0, expected at least one seed, or how many");
 }
 
 }  // namespace

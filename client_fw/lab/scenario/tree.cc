@@ -47,7 +47,7 @@ std::optional<Segment> SegmentOf(std::string_view text) {
   return Segment{text.substr(0, bracket), number};
 }
 
-// The table that a segment of a key leads to.
+// The table that a segment of a key leads to: one that is not there has all defaults.
 Result<Value*> Descend(std::string_view key, const Segment& segment, Value* table) {
   Value* entry = Entry(segment.name, table);
   if (entry != nullptr && IsArrayOfTables(*entry)) {
@@ -64,6 +64,14 @@ Result<Value*> Descend(std::string_view key, const Segment& segment, Value* tabl
                                key, count, segment.name, count)};
     }
     return &entry->items[number - 1];
+  }
+  if (entry == nullptr && !segment.number) {
+    Value made;
+    made.kind = Kind::kTable;
+    made.key = segment.name;
+    made.at = made.key_at = table->at;
+    table->items.push_back(std::move(made));
+    return &table->items.back();
   }
   if (entry == nullptr || entry->kind != Kind::kTable || segment.number) {
     return Error{fmt::format("--set {}: the scenario has no table {}", key,

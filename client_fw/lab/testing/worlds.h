@@ -1,6 +1,8 @@
 // Small worlds for tests.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -24,7 +26,7 @@ inline field::PheromoneLaw Trail(uint8_t type, int64_t tau_ms) {
   return law;
 }
 
-/// 10 m x 10 m, pheromone 1 evaporates (tau = 20 s), 2 does not; one empty group is missing.
+/// 10 m x 10 m, pheromone 1 evaporates (tau = 20 s), 2 does not; without groups.
 inline WorldConfig SmallWorld() {
   WorldConfig config;
   config.field.map = {
