@@ -163,6 +163,13 @@ class SensesTest(unittest.TestCase):
         with self.assertRaisesRegex(lab.LabError, "robot: found 3, expected 0 to 2"):
             world.fail(3)
 
+    def test_what_is_not_given_is_not_what_was_given_before(self):
+        world, ants = driven()
+        ants.act(0.2, 0.2)
+        ants.act(deposit=1)
+        world.step()
+        np.testing.assert_array_equal(ants.x_m, [1, 2, 3])
+
 
 class ErrorsTest(unittest.TestCase):
     def refused(self, message, **actions):
@@ -461,6 +468,8 @@ class EnvironmentsTest(unittest.TestCase):
                 self.low, self.high = np.broadcast_to(low, self.shape), np.broadcast_to(high, self.shape)
 
         class Env:
+            np_random = np.random.default_rng(1)
+
             def reset(self, *, seed=None, options=None):
                 pass
         stand_ins = {"gymnasium": types.SimpleNamespace(Env=Env, spaces=types.SimpleNamespace(Box=Box)),
@@ -482,6 +491,7 @@ class EnvironmentsTest(unittest.TestCase):
         self.fits(env.observation_space, first)
         np.testing.assert_array_equal(first, again)
         self.assertTrue((first != other).any())
+        self.assertTrue((env.reset()[0] != env.reset()[0]).any(), "each episode begins alike")
         for step in range(5):
             seen, reward, terminated, truncated, _ = env.step(env.action_space.high)
             self.fits(env.observation_space, seen)

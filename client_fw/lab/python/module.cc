@@ -107,6 +107,7 @@ void SetActions(Simulation& simulation, size_t group, const py::object& left,
       reader.Read(field, value, to.data() + first);
     }
   };
+  simulation.ResetActions(group);  // what is not given is not what was given before
   try {
     read("left", left, robots.want_left_m_s);
     read("right", right, robots.want_right_m_s);

@@ -23,6 +23,8 @@ class CMakeBuild(build_ext):
     def build_extension(self, ext: Extension) -> None:
         if not (BUILD / "build.ninja").exists():
             self.cmake("--preset", "gate", "-B", BUILD, f"-DPHEROMONE_LAB_PYTHON={sys.executable}")
+        elif "lab_python" not in (BUILD / "build.ninja").read_text():
+            self.cmake(BUILD)  # configured before its packages were there
         self.cmake("--build", BUILD, "--target", "lab_python")
         suffix = sysconfig.get_config_var("EXT_SUFFIX")
         built = BUILD / "python" / f"_core{suffix}"

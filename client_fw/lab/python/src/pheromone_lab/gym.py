@@ -46,7 +46,7 @@ class SwarmEnv(gymnasium.Env):  # type: ignore[misc]
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         super().reset(seed=seed)
-        self.world = self._made(seed)
+        self.world = self._made(int(self.np_random.integers(1 << 31)) if seed is None else seed)
         return observations.observe(self.world, self.world.groups[self._name]), {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:

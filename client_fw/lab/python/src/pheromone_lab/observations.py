@@ -21,7 +21,7 @@ def columns(group: Group) -> list[str]:
             "load"]
 
 
-def _is_food(world: World, group: Group) -> tuple[Any, Any]:
+def _at_sites(world: World, group: Group) -> tuple[Any, Any]:
     """For each robot whether it is at food, and whether at a nest."""
     food = np.concatenate(([False], world.sites["is_food"] == 1))
     nest = np.concatenate(([False], world.sites["is_food"] == 0))
@@ -30,7 +30,7 @@ def _is_food(world: World, group: Group) -> tuple[Any, Any]:
 
 def observe(world: World, group: Group) -> Floats:
     """A row for each robot; pheromones in units, the heading within half a turn."""
-    at_food, at_nest = _is_food(world, group)
+    at_food, at_nest = _at_sites(world, group)
     pheromones = [side[slot] / _core.UNIT for slot in range(len(group.senses))
                   for side in (group.p_left, group.p_right)]
     heading = np.remainder(group.heading_rad + np.pi, 2 * np.pi) - np.pi
@@ -51,8 +51,8 @@ def act(world: World, group: Group, actions: Any, most_quanta: int) -> NDArray[n
         robot = int(np.argwhere(~np.isfinite(wanted))[0][0])
         raise _core.LabError(f'robot {robot + 1} of group "{group.name}", step {world.steps}: actions: found '
                              f"{wanted[robot].tolist()}, expected finite numbers")
-    at_food, at_nest = _is_food(world, group)
-    delivers = at_nest & (group.load > 0)
+    at_food, at_nest = _at_sites(world, group)
+    delivers = at_nest & (group.load > 0) & (group.failed == 0)
     speeds = np.clip(wanted[:, :2], -group.max_speed_m_s, group.max_speed_m_s)
     group.act(speeds[:, 0], speeds[:, 1], np.rint(np.clip(wanted[:, 2], 0, most_quanta)).astype(int),
               load=np.where(delivers, -1, at_food & (group.load == 0)))

@@ -36,6 +36,7 @@ class SwarmParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc]
         self._name = group
         self._most_quanta = most_quanta
         self.metadata = {"name": "pheromone_lab"}
+        self._random = np.random.default_rng()
         self.world = self._made(None)
         robots = self.world.groups[group]
         self.possible_agents = [f"{group}_{robot}" for robot in range(len(robots))]
@@ -60,7 +61,9 @@ class SwarmParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc]
         return World(self._scenario, drive=self._name, settings={**self._settings, **seeded}, threads=self._threads)
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Any]:
-        self.world = self._made(seed)
+        if seed is not None:
+            self._random = np.random.default_rng(seed)
+        self.world = self._made(int(self._random.integers(1 << 31)) if seed is None else seed)
         self.agents = list(self.possible_agents)
         return self._observed(), {agent: {} for agent in self.agents}
 
