@@ -54,6 +54,9 @@ def draw(rows):
         axes.set_ylim(0)
         axes.set_xlabel("robots on 20 m x 20 m")
         axes.set_ylabel(label)
+    for robots, seeds, added in differences(rows):
+        cells = [interval(list(seeds[quanta].values())) for quanta in (0, 2)] + [interval(added)]
+        print(f"| {robots:.0f} | " + " | ".join(f"{mean:.2f} ± {half:.2f}" for mean, half in cells) + " |")
     figure.suptitle("Foraging: means and 95 % confidence intervals of 30 seeds")
     style.legend_below(figure, panels)
     return figure
@@ -63,7 +66,3 @@ FIGURES = {"congestion": (draw, "congestion.csv")}
 
 if __name__ == "__main__":
     style.main(FIGURES, __doc__)
-    for robots, seeds, added in differences(style.read(
-            pathlib.Path(__file__).resolve().parent / "results/congestion.csv")):
-        cells = [interval(list(seeds[quanta].values())) for quanta in (0, 2)] + [interval(added)]
-        print(f"| {robots:.0f} | " + " | ".join(f"{mean:.2f} ± {half:.2f}" for mean, half in cells) + " |")
