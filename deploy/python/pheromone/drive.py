@@ -56,6 +56,8 @@ class Follower:
     def __init__(self, line: Line, client_id: int, drive: Drive, pheromone: int = 1,
                  speed_mm_s: float = 200, released: bool = False,
                  max_speed_mm_s: float = 1000) -> None:
+        if not 0 <= speed_mm_s <= max_speed_mm_s:
+            raise ValueError(f"speed_mm_s is {speed_mm_s}, expected 0 to {max_speed_mm_s}")
         self.client = Client(line, client_id, timeout=PATIENCE_S, tries=1, on_command=self._obey)
         line.before_waiting = lambda: self.drive.wheels(0, 0)
         self.drive = drive

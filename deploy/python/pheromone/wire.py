@@ -350,7 +350,7 @@ def parse(body: bytes) -> Message:
         return _parse_scan_answer(body)
     if layout.name in MAX_TEXT:
         return _parse_text(layout, body)
-    fields = {"type": opcode & MAX_TYPE} if layout.typed else {}
+    fields = {"type": opcode & 0x0F} if layout.typed else {}
     try:
         packing, names = _shape(layout, data[1] if len(data) > 1 else 0)
         fields.update(zip(names, packing.unpack(data)))
