@@ -101,7 +101,6 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
     memory.odometry = client::Odometry{0, 0, 0};
     memory.crc =
         static_cast<uint16_t>(CheckOf(memory.odometry) + (parameters_.pose_lost ? 1u : 0u));
-    memory.guard = kGuard;
   }
   parameters_.id = id_;
   parameters_.boot_counter = memory.requests.nonce;
@@ -109,6 +108,7 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
   link.begin(&parameters_);
   link.set_keying(parameters_.ptt_lead_ms, parameters_.ptt_tail_ms);
   new (client::Place{&place.robot}) Robot(&board_, &wheels, parameters_, &memory.requests);
+  memory.guard = kGuard;  // now the requests are sealed
 }
 
 void Pheromone::step() {

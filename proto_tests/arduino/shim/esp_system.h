@@ -1,4 +1,4 @@
-// ESP32's header of this name: Arduino.h.
+// Stands in for the ESP32 core's header of this name; see Arduino.h.
 #pragma once
 
 // NOLINTBEGIN: the names are Espressif's

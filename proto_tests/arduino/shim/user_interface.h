@@ -1,4 +1,4 @@
-// ESP8266's header of this name: Arduino.h.
+// Stands in for the ESP8266 core's header of this name; see Arduino.h.
 #pragma once
 
 // NOLINTBEGIN: the names are Espressif's
