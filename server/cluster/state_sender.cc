@@ -63,7 +63,7 @@ void StateSender::Fill() {
           copy->source = freeze();
           if (copy->source == nullptr) {
             copy->error =
-                "it has no state yet, or that is being copied for a snapshot or a recording";
+                "it has no state yet, or its state is being copied for a snapshot or a recording";
             return;
           }
           copy->sequence = copy->source->header().sequence;

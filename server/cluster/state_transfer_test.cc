@@ -197,8 +197,9 @@ TEST_F(StateTransferTest, AServerThatIsBusyOrSilentIsNotWaitedForForever) {
   Begin();
   Exchange(1'000);
   ASSERT_TRUE(done_.has_value());
-  EXPECT_EQ(done_->error(),
-            "node a: it has no state yet, or that is being copied for a snapshot or a recording");
+  EXPECT_EQ(
+      done_->error(),
+      "node a: it has no state yet, or its state is being copied for a snapshot or a recording");
   done_.reset();
   Begin();
   request_.reset();

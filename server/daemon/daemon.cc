@@ -357,7 +357,11 @@ class Daemon::Impl {
         spdlog::error("cluster: the server that leads did not read its configuration again: {}",
                       notes.error());
       }
-      boost::asio::post(strand_, [this] { service_manager::Ready(upkeep_.DescribeState()); });
+      boost::asio::post(strand_, [this] {
+        if (!stopping_) {
+          service_manager::Ready(upkeep_.DescribeState());
+        }
+      });
     });
   }
 

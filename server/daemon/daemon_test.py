@@ -28,6 +28,8 @@ def read_log(log, until=None):
             raise AssertionError(f"nothing more for {PATIENCE_S} s after {found[-200:]!r}")
         more = log.read(4096)
         if not more:
+            if until is not None:
+                raise AssertionError(f"the log ended: {found[-200:]!r}")
             break
         found += more
     return found

@@ -114,10 +114,12 @@ Status JournalOwner::OpenFolder() {
     spdlog::warn("journal: {}", line);
   }
   if (found.state_lost) {
+    const bool others_have_them = is_member_ && !membership_.Get().founds;
     spdlog::warn("journal: {}",
-                 is_member_ ? "changes may be missing here; the cluster's log has them"
-                            : "acknowledged changes may be missing; a new epoch begins and robots "
-                              "must send HELLO again");
+                 others_have_them
+                     ? "changes may be missing here; the cluster's log has them"
+                     : "acknowledged changes may be missing; a new epoch begins and robots "
+                       "must send HELLO again");
   }
   journal_ = std::move(found.journal);
   engine_ = std::move(found.engine);

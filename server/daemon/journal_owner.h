@@ -11,8 +11,8 @@
 //   ...
 //   journal->Stop(service.StateHash());
 //
-// Findings and errors are logged. One thread, except for Snapshot and EndSnapshots, which any
-// thread may call.
+// Findings and errors are logged. One thread, except for Snapshot, EndSnapshots, IsBehind and
+// membership(), which any thread may call.
 #pragma once
 
 #include <condition_variable>

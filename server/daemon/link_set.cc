@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,7 +55,6 @@ std::optional<cluster::SharedLink> SharedLinkOf(const links::LinkConfig& link,
 LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
                  engine::Service* service, links::LinkRouter* router, links::Tap* tap)
     : ports_(CountPorts(config.links)) {
-  std::random_device random;
   const std::string node = config.cluster ? config.cluster->node : "";
   std::vector<LinkLeases::Shared> shared;
   for (size_t i = 0; i < config.links.size(); ++i) {
@@ -72,7 +70,7 @@ LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
                                .tap = tap,
                                .permit = permit,
                                .aside = ports_.get_executor(),
-                               .backoff = {.seed = random()}},
+                               .backoff = {.seed = static_cast<uint32_t>(Random64())}},
                               node));
     if (permit != nullptr) {
       shared.back().link = links_.back().get();
@@ -85,7 +83,8 @@ LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
       notice.source = name + ": " + notice.source;
       LogOfLink(notice);
     };
-    trackers_.push_back(MakeTracker(io, tracker, config.datum, service, log, {.seed = random()}));
+    trackers_.push_back(MakeTracker(io, tracker, config.datum, service, log,
+                                    {.seed = static_cast<uint32_t>(Random64())}));
   }
   if (!shared.empty()) {
     leases_ = std::make_unique<LinkLeases>(node, Random64(), std::move(shared),
