@@ -41,11 +41,9 @@ class Walls {
     return x_m >= map_m_.left && x_m <= map_m_.right && y_m >= map_m_.bottom && y_m <= map_m_.top;
   }
 
-  bool any() const { return near_ != nullptr; }
-
   /// Whether a disc on the map touches an obstacle; `radius_m` is at most the one given before.
   bool Touches(double x_m, double y_m, double radius_m) const {
-    if (!any()) {
+    if (near_ == nullptr) {
       return false;
     }
     const field::PointUm centre{std::llround(x_m * 1e6), std::llround(y_m * 1e6)};

@@ -25,8 +25,6 @@ class WorkerPool {
   WorkerPool& operator=(const WorkerPool&) = delete;
   ~WorkerPool();
 
-  int threads() const { return static_cast<int>(others_.size()) + 1; }
-
   /// Calls `work(worker)` in all threads. Not to be called from within itself.
   void Run(const std::function<void(int worker)>& work);
 

@@ -37,15 +37,15 @@ class Reader {
 };
 
 ParameterSpec Speed() {
-  return {"speed_m_per_s", "at which it drives", 0.02, kMaxSpeed, 0.2};
+  return {"speed_m_per_s", 0.02, kMaxSpeed, 0.2};
 }
 
-ParameterSpec Quanta(double fallback, std::string_view meaning) {
-  return {"quanta", meaning, 0, kMaxQuanta, fallback, true};
+ParameterSpec Quanta(double fallback) {
+  return {"quanta", 0, kMaxQuanta, fallback, true};
 }
 
 ParameterSpec Wander() {
-  return {"wander_deg", "by which its course drifts in a second (standard deviation)", 0, 180, 20};
+  return {"wander_deg", 0, 180, 20};
 }
 
 std::shared_ptr<Behaviour> FollowFrom(const ParameterValues& values, size_t robots) {
@@ -90,7 +90,7 @@ std::shared_ptr<Behaviour> AggregateFrom(const ParameterValues& values, size_t /
 }
 
 ParameterSpec Gain() {
-  return {"gain", "of the law, as the firmware's", 0.125, client::kMaxGain / 8.0, 1};
+  return {"gain", 0.125, client::kMaxGain / 8.0, 1};
 }
 
 }  // namespace
@@ -98,58 +98,29 @@ ParameterSpec Gain() {
 std::span<const BehaviourKind> BehaviourKinds() {
   static const std::vector<BehaviourKind> kinds = {
       {"follow",
-       "the firmware's own: follows the first pheromone, and deposits",
        1,
        {Speed(),
-        Quanta(0, "deposited in each step"),
+        Quanta(0),
         Gain(),
-        {"law", "of steering", 0, 0, 0, false, {"careful", "differential", "paper", "fuzzy"}},
-        {"lost_trail",
-         "what it does without a trail",
-         0,
-         0,
-         0,
-         false,
-         {"search", "stop", "straight", "spiral"}}},
+        {"law", 0, 0, 0, false, {"careful", "differential", "paper", "fuzzy"}},
+        {"lost_trail", 0, 0, 0, false, {"search", "stop", "straight", "spiral"}}},
        FollowFrom},
       {"forage",
-       "looks for food, along the first pheromone, and carries it to the nest, which it leaves on "
-       "its way",
        1,
        {Speed(),
-        Quanta(1, "of the trail in each step"),
+        Quanta(1),
         Wander(),
-        {"faintest", "least intensity that is a trail, in pheromone units", 0, 100, 0.01},
-        {"home",
-         "how it finds the nest: by its bearing, or along the second pheromone",
-         0,
-         0,
-         0,
-         false,
-         {"bearing", "pheromone"}},
-        {"fade_s", "for so long after a nest it leaves the second pheromone", 0, 1e6, 60},
-        {"ignore_s", "for so long it follows no trail after it found no food at its end", 0, 1e6,
-         20}},
+        {"faintest", 0, 100, 0.01},
+        {"home", 0, 0, 0, false, {"bearing", "pheromone"}},
+        {"fade_s", 0, 1e6, 60},
+        {"ignore_s", 0, 1e6, 20}},
        ForageFrom},
-      {"patrol",
-       "marks where it was, and goes where the first pheromone is weaker",
-       1,
-       {Speed(), Quanta(1, "deposited in each step"), Wander(), Gain()},
-       PatrolFrom},
+      {"patrol", 1, {Speed(), Quanta(1), Wander(), Gain()}, PatrolFrom},
       {"aggregate",
-       "stops when it meets a robot, the longer, the more it senses of the first pheromone",
        1,
-       {Speed(),
-        Quanta(0, "deposited in each step while it waits"),
-        Wander(),
-        {"wait_s", "the longest wait", 0, 1e6, 60},
-        {"half", "pheromone units at which it waits for half of it", 1e-6, 1e6, 0.5}},
+       {Speed(), Quanta(0), Wander(), {"wait_s", 0, 1e6, 60}, {"half", 1e-6, 1e6, 0.5}},
        AggregateFrom},
-      {"explore",
-       "a random walk that turns back at whatever it meets",
-       0,
-       {Speed(), Quanta(0, "deposited in each step"), Wander()},
-       ExploreFrom},
+      {"explore", 0, {Speed(), Quanta(0), Wander()}, ExploreFrom},
   };
   return kinds;
 }

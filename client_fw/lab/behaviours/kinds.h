@@ -1,5 +1,5 @@
-// The built-in behaviours by name, with their parameters: one table for the scenario file, its
-// messages and the manual.
+// The built-in behaviours by name, with their parameters: one table for the scenario file and its
+// messages. What they mean is in README.md.
 //
 //   const BehaviourKind* kind = FindBehaviour("forage");
 //   ParameterValues values = DefaultsOf(*kind);
@@ -25,7 +25,6 @@ using ParameterValues = std::map<std::string, double, std::less<>>;
 
 struct ParameterSpec {
   std::string_view name;
-  std::string_view meaning;
   double least = 0;
   double most = 0;
   double fallback = 0;
@@ -35,7 +34,6 @@ struct ParameterSpec {
 
 struct BehaviourKind {
   std::string_view name;
-  std::string_view meaning;
   size_t least_senses = 0;  ///< so many pheromones its group has to sense
   std::vector<ParameterSpec> parameters;
   /// Requires a value within its range for each parameter.

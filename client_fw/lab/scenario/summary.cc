@@ -2,10 +2,10 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "server/base/descriptor.h"
+#include "server/base/file.h"
 #include "server/base/format.h"
 
 namespace pheromone::lab {
@@ -26,21 +26,6 @@ std::string Field(std::string_view text) {
 void Add(std::string_view name, std::string_view value, SummaryRow* row) {
   row->header += (row->header.empty() ? "" : ",") + Field(name);
   row->row += (row->row.empty() ? "" : ",") + Field(value);
-}
-
-Result<std::string> ReadAll(const std::string& path, int file) {
-  std::string text;
-  char buffer[1 << 16];
-  while (true) {
-    const ssize_t size = pread(file, buffer, sizeof buffer, static_cast<off_t>(text.size()));
-    if (size < 0) {
-      return SystemError(path);
-    }
-    if (size == 0) {
-      return text;
-    }
-    text.append(buffer, static_cast<size_t>(size));
-  }
 }
 
 bool HasLine(std::string_view text, std::string_view line) {
@@ -74,17 +59,10 @@ SummaryRow SummaryOf(const LabScenario& scenario, const LabResult& result,
 
 Status AppendRow(const std::string& path, const SummaryRow& row) {
   const Descriptor file(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
-  struct stat about {};
-  if (!file.valid() || fstat(file.get(), &about) != 0) {
+  if (!file.valid() || flock(file.get(), LOCK_EX) != 0) {
     return SystemError(path);
   }
-  if (!S_ISREG(about.st_mode)) {  // reading a device might never end
-    return Error{path + ": is not a regular file, expected one"};
-  }
-  if (flock(file.get(), LOCK_EX) != 0) {
-    return SystemError(path);
-  }
-  PHEROMONE_TRY(std::string text, ReadAll(path, file.get()));
+  PHEROMONE_TRY(std::string text, ReadFile(path));
   text.resize(text.rfind('\n') + 1);  // npos + 1 is 0
   std::string more = row.row + '\n';
   if (text.empty()) {
@@ -97,9 +75,8 @@ Status AppendRow(const std::string& path, const SummaryRow& row) {
     return Ok();
   }
   const auto at = static_cast<off_t>(text.size());
-  if (ftruncate(file.get(), at) != 0 ||
-      pwrite(file.get(), more.data(), more.size(), at) != static_cast<ssize_t>(more.size()) ||
-      fsync(file.get()) != 0) {
+  if (ftruncate(file.get(), at) != 0 || lseek(file.get(), at, SEEK_SET) != at ||
+      !WriteAll(file.get(), more) || fsync(file.get()) != 0) {
     return SystemError(path);
   }
   return Ok();

@@ -11,28 +11,15 @@
 
 #include "client_fw/lab/behaviours/follow.h"
 #include "client_fw/lab/world.h"
+#include "server/core/engine/testing/bench.h"
 
 namespace pheromone::lab::testing {
-
-inline field::PheromoneLaw Trail(uint8_t type, int64_t tau_ms) {
-  field::PheromoneLaw law;
-  law.type = type;
-  law.name = type == 1 ? "trail" : "home";
-  law.core_um = 100'000;
-  law.sigma_um = 400'000;
-  law.tau_ms = tau_ms;
-  law.quantum_micro = 125'000;
-  law.max_count = 8;
-  return law;
-}
 
 /// 10 m x 10 m, pheromone 1 evaporates (tau = 20 s), 2 does not; without groups.
 inline WorldConfig SmallWorld() {
   WorldConfig config;
-  config.field.map = {
-      .origin = {0, 0}, .width_um = 10'000'000, .height_um = 10'000'000, .cell_um = 100'000};
-  config.field.antennas.distance_um = 330'000;
-  config.field.pheromones = {Trail(1, 20'000), Trail(2, 0)};
+  config.field = engine::testing::SmallConfig().field;
+  config.field.pheromones = {engine::testing::Law(1, 20'000), engine::testing::Law(2, 0)};
   config.field.memory_bytes = 64 << 20;
   return config;
 }
