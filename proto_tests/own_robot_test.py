@@ -37,7 +37,7 @@ class OwnRobotTest(unittest.TestCase):
         self.addCleanup(robot.kill)
 
         def place_mm():
-            return [int(it) for it in re.findall(r"-?\d+(?= )", robot.stdout.readline())[:2]]
+            return [int(it) for it in re.findall(r"-?\d+(?= )", robot.stdout.readline().partition(" s ")[2])[:2]]
 
         def drives_to(x_mm):
             while place_mm()[0] < x_mm:

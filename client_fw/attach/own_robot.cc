@@ -5,6 +5,7 @@
 //   pheromonectl command LINK 7 resume     until then it stands
 //
 // Ctrl-C stops the wheels, and then the program.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -13,11 +14,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <random>
+#include <string>
 
 #include "client_fw/attach/connection.h"
 #include "client_fw/boards/host/host_board.h"
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/core/robot.h"
+#include "server/base/say_line.h"
 
 using namespace pheromone::client;
 
@@ -40,9 +43,9 @@ class Wheels {
     heading_rad_ += (right_mm_s_ - left_mm_s_) / kTrackMm * seconds;
     x_mm_ += forward_mm * std::cos(heading_rad_), y_mm_ += forward_mm * std::sin(heading_rad_);
   }
-  void Print() const {
-    std::printf("%.0f %.0f mm, %.2f rad, %d %d mm/s\n", x_mm_, y_mm_, heading_rad_, left_mm_s_,
-                right_mm_s_);
+  std::string Text() const {
+    return fmt::format("{:.0f} {:.0f} mm, {:.2f} rad, {} {} mm/s", x_mm_, y_mm_, heading_rad_,
+                       left_mm_s_, right_mm_s_);
   }
 
  private:
@@ -75,6 +78,7 @@ int main(int argc, char** argv) {
   RequestMemory memory{};
   Robot<HostBoard, Wheels> robot(&board, &wheels, parameters, &memory);
   uint8_t frame[kMaxClientFrame];
+  std::signal(SIGPIPE, SIG_IGN);
   const volatile std::sig_atomic_t* const stop = pheromone::StopOnSignals();
   const int64_t begin_ns = pheromone::MonotonicNs();
   for (int64_t now_ms = 0, last_ms = 0; *stop == 0; last_ms = now_ms) {
@@ -92,9 +96,9 @@ int main(int argc, char** argv) {
     }
     wheels.Turn(static_cast<double>(now_ms - last_ms) / 1e3);
     if (now_ms / 1000 != last_ms / 1000) {
-      wheels.Print();
+      pheromone::SayLine(now_ms, wheels.Text());  // never waits for whoever reads
     }
   }
   wheels.emergency_stop();
-  wheels.Print();
+  std::puts(wheels.Text().c_str());
 }
