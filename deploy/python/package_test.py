@@ -234,12 +234,14 @@ class DriveTest(unittest.TestCase):
         self.assertEqual(robot.told[-1], (0, 0))
 
     def test_it_is_told_no_speed_that_is_too_much_for_it(self):
-        for options, limit in ({}, 1000), ({"max_speed_mm_s": 150}, 150):
+        for options, limit in ({}, 1000), ({"speed_mm_s": 100, "max_speed_mm_s": 150}, 150):
             follower = self.follower(5, Wheels(2, 1, 0), **options)
             for speed, result in (limit, 0), (limit + 1, wire.BAD_VALUE), (-1, wire.BAD_VALUE):
                 command = wire.build("COMMAND", 5, seq=1, code=3, speed_mm_s=speed)
                 self.assertEqual(follower.client.on_command(wire.parse(command)), result)
             self.assertEqual(follower.speed_mm_s, limit)
+        with self.assertRaisesRegex(ValueError, "speed_mm_s is 1500, expected 0 to 1000"):
+            self.follower(5, Wheels(2, 1, 0), speed_mm_s=1500)
 
     def test_it_stands_where_nothing_is_sensed_and_without_a_pose_and_tells_that_once(self):
         robot = Wheels(2, 2.5, 0)
@@ -542,10 +544,11 @@ class ExamplesTest(unittest.TestCase):
                 else:
                     self.addCleanup(connection.close)
                     asked[target] = connection
-        asked[b"/api/v1/deposit"].setblocking(False)
-        with self.assertRaises(BlockingIOError):  # it still waits
-            while asked[b"/api/v1/deposit"].recv(1000):
-                pass
+        for target in (b"/api/v1/deposit", b"/api/v1/halt"):
+            asked[target].setblocking(False)
+            with self.assertRaises(BlockingIOError):  # both still wait: neither came after the other
+                while asked[target].recv(1000):
+                    pass
 
     def broker(self):
         """The port of an MQTT broker, a client of it, and what that hears: the last by topic."""

@@ -41,7 +41,7 @@ _, broker = map(subscribed, ("pheromone/deposit", "pheromone/halt"))
 print("begun", flush=True)
 while True:  # the server may begin anew
     try:
-        for message in server.watch("/clients"):
+        for message in server.watch("/clients", timeout_s=30):
             for robot in message.value["clients"]:
                 place = dict(robot["pose"] or {}, state=robot["state"]["is"])
                 broker.publish(f"pheromone/robots/{robot['link']}/{robot['id']}", json.dumps(place))
