@@ -55,8 +55,7 @@ TEST_F(SummaryTest, RowsWithOtherColumnsAreNotMixed) {
 }
 
 TEST_F(SummaryTest, ADeviceIsNoFileOfRows) {
-  EXPECT_EQ(AppendRow("/dev/full", {"a", "1"}).ErrorOr("none"),
-            "/dev/full: is not a regular file");
+  EXPECT_EQ(AppendRow("/dev/full", {"a", "1"}).ErrorOr("none"), "/dev/full: is not a regular file");
   EXPECT_EQ(AppendRow("/nonexistent/x.csv", {"a", "1"}).ErrorOr("none"),
             "/nonexistent/x.csv: No such file or directory");
 }
