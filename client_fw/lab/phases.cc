@@ -39,20 +39,19 @@ bool SenseSlot(const field::Field& field, const protocol::WirePose& wire, uint16
   return true;
 }
 
-// What a wheel rolls and what the robot's odometry counts.
-struct Rolled {
-  double true_m;
-  double counted_m;
-};
+// How far a wheel that rolls so far takes the robot.
+double TakenM(const OdometryErrors& errors, const StepTime& time, size_t robot, double roll_m,
+              Use slip) {
+  return errors.slip == 0
+             ? roll_m
+             : roll_m * (1 - errors.slip * PheromoneUniform(time.seed, robot, time.step, slip));
+}
 
-Rolled WithErrors(const OdometryErrors& errors, const StepTime& time, size_t robot, double roll_m,
-                  Use bias, Use noise, Use slip) {
-  const auto normal = [&](uint64_t step, Use use) {
-    return PheromoneNormal(time.seed, robot, step, use);
-  };
-  const double scale = 1 + errors.bias * normal(0, bias) + errors.noise * normal(time.step, noise);
-  const double slipped = errors.slip * PheromoneUniform(time.seed, robot, time.step, slip);
-  return {roll_m * (1 - slipped), roll_m * scale};
+// What the robot's odometry counts of it.
+double CountedM(const OdometryErrors& errors, const StepTime& time, size_t robot, double roll_m,
+                Use bias, Use noise) {
+  return roll_m * (1 + errors.bias * PheromoneNormal(time.seed, robot, 0, bias) +
+                   errors.noise * PheromoneNormal(time.seed, robot, time.step, noise));
 }
 
 // Where the robot believes to be after it has rolled that.
@@ -116,7 +115,7 @@ double Roll(const StepTime& time, const Slice& slice, Robots* robots) {
         sim::WheelTarget(failed ? 0 : want_m_s * 1000, wheels.quantum_mm_s, wheels.max_speed_m_s);
     return sim::RollWheel(target, wheels.acceleration_m_s2, seconds, speed_m_s);
   };
-  const bool slips = slice.group->odometry.slip != 0;
+  const OdometryErrors& errors = slice.group->odometry;
   double most_way_m = 0;
   for (size_t i = slice.first; i < slice.end(); ++i) {
     const bool failed = robots->failed[i] != 0;
@@ -124,24 +123,15 @@ double Roll(const StepTime& time, const Slice& slice, Robots* robots) {
     const double right_m = roll(failed, robots->want_right_m_s[i], &robots->right_m_s[i]);
     robots->roll_left_m[i] = left_m;
     robots->roll_right_m[i] = right_m;
-    double true_left_m = left_m;
-    double true_right_m = right_m;
-    if (slips) {
-      const OdometryErrors& errors = slice.group->odometry;
-      true_left_m = WithErrors(errors, time, i, left_m, kLeftBias, kLeftNoise, kLeftSlip).true_m;
-      true_right_m =
-          WithErrors(errors, time, i, right_m, kRightBias, kRightNoise, kRightSlip).true_m;
-    }
+    const double true_left_m = TakenM(errors, time, i, left_m, kLeftSlip);
+    const double true_right_m = TakenM(errors, time, i, right_m, kRightSlip);
     const sim::PlanePose next =
         sim::MoveOnArc({robots->x_m[i], robots->y_m[i], robots->heading_rad[i]}, true_left_m,
                        true_right_m, wheels.wheelbase_m);
     robots->next_x_m[i] = next.x_m;
     robots->next_y_m[i] = next.y_m;
     robots->next_heading_rad[i] = next.heading_rad;
-    most_way_m = std::max(most_way_m, std::abs(left_m + right_m) / 2);
-    if (slips) {  // wheels that slip unequally may roll farther together than without
-      most_way_m = std::max(most_way_m, std::abs(true_left_m + true_right_m) / 2);
-    }
+    most_way_m = std::max(most_way_m, std::abs(true_left_m + true_right_m) / 2);
   }
   return most_way_m;
 }
@@ -184,13 +174,16 @@ void Collide(const StepTime& time, const Surroundings& around, const Slice& slic
 
 Moves Commit(const StepTime& time, const Slice& slice, Robots* robots) {
   const RobotGroup& group = *slice.group;
+  const OdometryErrors& errors = group.odometry;
   const bool believes = group.odometry.any() || group.fixes.period_ms != 0;
   Moves moves;
   for (size_t i = slice.first; i < slice.end(); ++i) {
     double left_m = robots->roll_left_m[i];
     double right_m = robots->roll_right_m[i];
     const uint8_t blocked = robots->blocked[i];
-    double moved_m = std::abs(left_m + right_m) / 2;
+    double moved_m = std::abs(TakenM(errors, time, i, left_m, kLeftSlip) +
+                              TakenM(errors, time, i, right_m, kRightSlip)) /
+                     2;
     robots->heading_rad[i] = robots->next_heading_rad[i];
     if (blocked == kPheromoneNoContact) {
       robots->x_m[i] = robots->next_x_m[i];
@@ -209,11 +202,8 @@ Moves Commit(const StepTime& time, const Slice& slice, Robots* robots) {
     robots->contact[i] = blocked;
     moves.standing += moved_m < kStandingM ? 1u : 0u;
     if (believes) {
-      const OdometryErrors& errors = group.odometry;
-      Believe(group, time, i,
-              WithErrors(errors, time, i, left_m, kLeftBias, kLeftNoise, kLeftSlip).counted_m,
-              WithErrors(errors, time, i, right_m, kRightBias, kRightNoise, kRightSlip).counted_m,
-              robots);
+      Believe(group, time, i, CountedM(errors, time, i, left_m, kLeftBias, kLeftNoise),
+              CountedM(errors, time, i, right_m, kRightBias, kRightNoise), robots);
     } else if (!robots->believed_x_m.empty()) {
       robots->believed_x_m[i] = robots->x_m[i];
       robots->believed_y_m[i] = robots->y_m[i];
