@@ -42,7 +42,7 @@ struct Robots {
         want_quanta(robots),
         want_type(robots),
         want_load(robots),
-        want_sense(robots, (1u << kPheromoneSlots) - 1),
+        want_sense(robots),
         memory(robots * kPheromoneMemory),
         next_x_m(robots),
         next_y_m(robots),

@@ -165,9 +165,10 @@ Status World::Place() {
       robots_.y_m[i] = robots_.next_y_m[i] = start.y_m;
       robots_.heading_rad[i] = robots_.next_heading_rad[i] = start.heading_rad;
       robots_.radius_m[i] = static_cast<float>(group.radius_m);
-      robots_.want_type[i] = group.deposits;
       ++i;
     }
+    const size_t count = group.starts.size();
+    ResetActions({&group, i - count, i - count, count});
   }
   if (!robots_.believed_x_m.empty()) {
     robots_.believed_x_m = robots_.x_m;
@@ -332,11 +333,8 @@ PheromoneActions World::Actions() {
           robots_.memory.data()};
 }
 
-Status World::Behave(const Slice& slice) {
+void World::ResetActions(const Slice& slice) {
   const RobotGroup& group = *slice.group;
-  if (group.behaviour == nullptr) {
-    return Ok();
-  }
   for (size_t i = slice.first; i < slice.end(); ++i) {
     robots_.want_left_m_s[i] = 0;
     robots_.want_right_m_s[i] = 0;
@@ -345,6 +343,14 @@ Status World::Behave(const Slice& slice) {
     robots_.want_load[i] = 0;
     robots_.want_sense[i] = static_cast<uint8_t>((1u << group.senses.size()) - 1);
   }
+}
+
+Status World::Behave(const Slice& slice) {
+  const RobotGroup& group = *slice.group;
+  if (group.behaviour == nullptr) {
+    return Ok();
+  }
+  ResetActions(slice);
   PHEROMONE_TRY_STATUS(group.behaviour->Act(ViewOf(slice), Actions(), slice.first, slice.count));
   return CheckActions(slice);
 }
@@ -380,7 +386,7 @@ Status World::CheckActions(const Slice& slice) const {
     if (robots_.want_load[i] < -1 || robots_.want_load[i] > 1) {
       return wrong(i, "load", int{robots_.want_load[i]}, "-1, 0 or 1");
     }
-    if (group.behaviour != nullptr && robots_.want_sense[i] >= slots) {
+    if (robots_.want_sense[i] >= slots) {
       return wrong(i, "sense", robots_.want_sense[i],
                    fmt::format("0 to {}: a bit for each pheromone that it senses", slots - 1));
     }

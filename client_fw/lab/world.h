@@ -83,6 +83,8 @@ class World {
 
   const StepTime& time() const { return time_; }
   const Robots& robots() const { return robots_; }
+  /// What a behaviour begins with: stand, deposit nothing, keep the load, sense everything.
+  void ResetActions(const Slice& slice);
   /// For the actions of groups without a behaviour.
   Robots& mutable_robots() { return robots_; }
   std::span<const RobotGroup> groups() const { return config_.groups; }

@@ -108,17 +108,7 @@ void Simulation::ResetAll() {
 
 void Simulation::ResetActions(size_t group) {
   const GroupPlace& place = places_[group];
-  Robots& robots = world_->mutable_robots();
-  const auto fill = [&](auto& list, auto value) {
-    const auto begin = list.begin() + static_cast<std::ptrdiff_t>(place.first);
-    std::fill(begin, begin + static_cast<std::ptrdiff_t>(place.count), value);
-  };
-  fill(robots.want_left_m_s, 0.0);
-  fill(robots.want_right_m_s, 0.0);
-  fill(robots.want_quanta, uint16_t{0});
-  fill(robots.want_type, world_->groups()[group].deposits);
-  fill(robots.want_load, int8_t{0});
-  fill(robots.want_sense, static_cast<uint8_t>((1u << kPheromoneSlots) - 1));
+  world_->ResetActions({&world_->groups()[group], place.first, place.first, place.count});
 }
 
 Simulation::Turn::Turn(Simulation* simulation) : simulation_(simulation) {
