@@ -8,6 +8,7 @@ leave trails, so that each answer waits for the journal. Cases:
 
   damage   eight and four AVR images, 1 and 3 % of the bytes damaged
   mixed    three AVR images in rounds, and a pheromone-robot behind an adapter of 16 ms
+  contend  four pheromone-robots, each behind an adapter of 16 ms
   once     changes in damaged air, 1 and 3 %, while the daemon is killed and images are reset: each is
            on the map once. Four images in rounds, then four pheromone-robots that contend
   keyed    two AVR images and a daemon whose transmitters are keyed by a line; with --strict, for quiet
@@ -240,6 +241,19 @@ def mixed(arguments):
         tell(name, rates, stops)
 
 
+def contend(arguments):
+    name = "four pheromone-robots behind adapters of 16 ms"
+    with Channel(arguments, name) as channel:
+        channel.serve(path="radio-a.pty", turnaround_ms=2)
+        folder = channel.folder
+        channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16",
+                       *(f"{folder}/modem{robot},adapter=16" for robot in range(1, 5)))
+        channel.attached(4)
+        rates, stops = channel.measure(arguments.seconds)
+        print(channel.finish() if arguments.verbose else "", end="")
+        tell(name, rates, stops)
+
+
 def once(arguments):
     for damaged in (0.01, 0.03):
         for contends in (False, True):
@@ -316,7 +330,7 @@ def keyed(arguments):
         tell(name, rates, stops)
 
 
-CASES = {"damage": damage, "mixed": mixed, "once": once, "keyed": keyed}
+CASES = {"damage": damage, "mixed": mixed, "contend": contend, "once": once, "keyed": keyed}
 
 
 def main():
