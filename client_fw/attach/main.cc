@@ -33,7 +33,6 @@ namespace pheromone::attach {
 namespace {
 
 constexpr char kProgram[] = "pheromone-robot";
-constexpr double kFarthestM = client::kMaxCoordinateMm / 1000.0;
 
 struct Options {
   std::string robot;
@@ -49,9 +48,9 @@ struct Options {
 // What is wrong with values that are right one by one; empty if nothing is.
 std::string Conflict(const Options& options) {
   for (const double metres : {options.start[0], options.start[1]}) {
-    if (!(std::abs(metres) <= kFarthestM)) {
+    if (!(std::abs(metres) <= client::kMaxCoordinateM)) {
       return fmt::format("--start: {} m, expected at most {:.0f} m from the origin", metres,
-                         kFarthestM);
+                         client::kMaxCoordinateM);
     }
   }
   if (!std::isfinite(options.start[2])) {
