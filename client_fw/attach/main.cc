@@ -109,13 +109,13 @@ int Run(const Options& options) {
   attach.client.adapter_ms = serial ? AdapterLatencyMs(modem.text) : uint8_t{0};
   attach.client.rounds = serial && attach.client.adapter_ms <= kRoundsLatencyMs;
   if (serial) {
-    SayLine(
-        0, fmt::format("modem {}: its adapter {}, so the robot {}", modem.text,
-                       attach.client.adapter_ms == 0
-                           ? "delivers at once"
-                           : fmt::format("may hold bytes back for {} ms", attach.client.adapter_ms),
-                       attach.client.rounds ? "takes turns if the server grants them"
-                                            : "contends for the channel"));
+    SayLine(0, fmt::format("modem {}: {}, so the robot {}", modem.text,
+                           attach.client.adapter_ms == 0
+                               ? "delivers at once"
+                               : fmt::format("its adapter may hold bytes back for {} ms",
+                                             attach.client.adapter_ms),
+                           attach.client.rounds ? "takes turns if the server grants them"
+                                                : "contends for the channel"));
   }
   attach.client.gap_timeout_ms = modem.kind == Address::Kind::kSerial ? 50 : 0;
   attach.duration_ms = static_cast<int64_t>(options.seconds * 1000);
