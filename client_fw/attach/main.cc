@@ -33,7 +33,6 @@ namespace pheromone::attach {
 namespace {
 
 constexpr char kProgram[] = "pheromone-robot";
-constexpr double kFarthestM = client::kMaxCoordinateMm / 1000.0;
 
 struct Options {
   std::string robot;
@@ -49,9 +48,9 @@ struct Options {
 // What is wrong with values that are right one by one; empty if nothing is.
 std::string Conflict(const Options& options) {
   for (const double metres : {options.start[0], options.start[1]}) {
-    if (!(std::abs(metres) <= kFarthestM)) {
+    if (!(std::abs(metres) <= client::kMaxCoordinateM)) {
       return fmt::format("--start: {} m, expected at most {:.0f} m from the origin", metres,
-                         kFarthestM);
+                         client::kMaxCoordinateM);
     }
   }
   if (!std::isfinite(options.start[2])) {
@@ -111,13 +110,13 @@ int Run(const Options& options) {
   attach.client.adapter_ms = serial ? AdapterLatencyMs(modem.text) : uint8_t{0};
   attach.client.rounds = serial && attach.client.adapter_ms <= kRoundsLatencyMs;
   if (serial) {
-    SayLine(
-        0, fmt::format("modem {}: its adapter {}, so the robot {}", modem.text,
-                       attach.client.adapter_ms == 0
-                           ? "delivers at once"
-                           : fmt::format("may hold bytes back for {} ms", attach.client.adapter_ms),
-                       attach.client.rounds ? "takes turns if the server grants them"
-                                            : "contends for the channel"));
+    SayLine(0, fmt::format("modem {}: {}, so the robot {}", modem.text,
+                           attach.client.adapter_ms == 0
+                               ? "delivers at once"
+                               : fmt::format("its adapter may hold bytes back for {} ms",
+                                             attach.client.adapter_ms),
+                           attach.client.rounds ? "takes turns if the server grants them"
+                                                : "contends for the channel"));
   }
   attach.client.gap_timeout_ms = modem.kind == Address::Kind::kSerial ? 50 : 0;
   attach.duration_ms = static_cast<int64_t>(options.seconds * 1000);

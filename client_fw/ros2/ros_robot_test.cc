@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -58,15 +57,6 @@ TEST(PlanePose, ComposeAndInverseAreThoseOfMatrices) {
   EXPECT_NEAR(one.x_m, 0, 1e-12);
   EXPECT_NEAR(one.y_m, 0, 1e-12);
   EXPECT_NEAR(one.heading_rad, 0, 1e-12);
-}
-
-TEST(PlanePose, AnglesBecomeBinary) {
-  EXPECT_EQ(client::ToClientPose({1.2345, -2, kPi / 2}).heading, 0x4000);
-  EXPECT_EQ(client::ToClientPose({1.2344, -2, -kPi / 2}).x_mm, 1234);
-  EXPECT_EQ(client::ToClientPose({0, 0, -kPi / 2}).heading, 0xC000);
-  EXPECT_EQ(client::ToClientPose({0, 0, 7 * kPi}).heading, 0x8000);
-  EXPECT_FALSE(client::IsReportable({NAN, 0, 0}));
-  EXPECT_FALSE(client::IsReportable({0, 1e6, 0}));
 }
 
 TEST(RosRobot, PublishesNothingBeforeAResume) {

@@ -168,14 +168,6 @@ TEST(OdometryTest, DriftIsOfTheOdometryAlone) {
   EXPECT_EQ(std::llround(0.02 / (2 * kPi) * 4096) * 16, odometry.heading);
 }
 
-TEST(ToClientPoseTest, RoundsToMillimetresAndBinaryAngles) {
-  const client::Pose pose = ToClientPose({1.2345, -0.0006, -kPi / 2});
-  EXPECT_EQ(1235, pose.x_mm);
-  EXPECT_EQ(-1, pose.y_mm);
-  EXPECT_EQ(0xC000, pose.heading);
-  EXPECT_EQ(0, ToClientPose({0, 0, 2 * kPi}).heading);
-}
-
 // At 0.5 m/s and 1 ms a step, so half a millimetre before the wall at the most.
 TEST(DifferentialDriveTest, DoesNotEnterAnObstacle) {
   DriveConfig config = Ideal();

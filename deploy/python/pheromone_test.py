@@ -223,14 +223,15 @@ class ServerTest(WithServer):
 
 
 class FakeStream:
-    """A server of one WebSocket. `frames` is sent after the handshake; what the client sends is
-    kept, unmasked."""
+    """A server of one WebSocket. `frames` is sent after the handshake, or `answer` in place of all;
+    what the client sends is kept, unmasked."""
 
-    def __init__(self, *frames, accept=None):
+    def __init__(self, *frames, accept=None, answer=None):
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.address = "http://127.0.0.1:{}".format(self.listener.getsockname()[1])
         self.frames = frames
         self.accept = accept
+        self.answer = answer
         self.received = []
         self.thread = threading.Thread(target=self.run)
         self.thread.start()
@@ -242,11 +243,12 @@ class FakeStream:
             key = re.search(r"Sec-WebSocket-Key: (\S+)", self.request)[1].encode()
             digest = hashlib.sha1(key + b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11").digest()
             accept = self.accept or base64.b64encode(digest).decode()
-            connection.sendall((
+            shake_hands = (
                 "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
                 "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n"
-                f"Sec-WebSocket-Accept: {accept}\r\n\r\n").encode())
-            connection.sendall(b"".join(self.frames))
+                f"Sec-WebSocket-Accept: {accept}\r\n\r\n").encode()
+            connection.sendall(b"".join((shake_hands, *self.frames))
+                               if self.answer is None else self.answer)
             connection.shutdown(socket.SHUT_WR)
             while head := lines.read(2):
                 size = head[1] & 0x7F
@@ -320,6 +322,23 @@ class StreamTest(unittest.TestCase):
     def test_what_is_no_websocket_server_is_an_error(self):
         with self.assertRaises(pheromone.ProtocolError):
             FakeStream(accept="wrong").watch()
+
+    def test_a_server_that_closes_before_it_answers_has_gone(self):
+        with self.assertRaisesRegex(ConnectionError, "closed the connection .* handshake"):
+            FakeStream(answer=b"").watch()
+
+    def test_what_is_no_http_answer_is_named(self):
+        for answer, named in ((b"hello\r\n\r\n", "b'hello.*expected HTTP/1.1"),
+                              (b"\r\n", "expected HTTP/1.1"),
+                              (b"HTTP/1.1 many\r\n\r\n", "b'HTTP/1.1 many.*expected HTTP/1.1"),
+                              (b"HTTP/1.1 403 No\r\nContent-Length: long\r\n\r\n",
+                               "Content-Length 'long', expected"),
+                              (b"HTTP/1.1 403 No\r\nContent-Length: -5\r\n\r\n",
+                               "Content-Length '-5', expected"),
+                              (b"HTTP/1.1 101 Yes\r\n" + b"x" * 70_000, "headers")):
+            with self.subTest(answer=answer[:50]), \
+                    self.assertRaisesRegex(pheromone.ProtocolError, named):
+                FakeStream(answer=answer).watch()
 
 
 class LiveStreamTest(WithServer):

@@ -5,7 +5,8 @@
 
 The robot waits for a resume, follows a path, stands when the daemon is frozen, and goes on. Settings
 told over the radio are in its EEPROM when it starts again, with another nonce. When it was not
-switched on but reset, it does not know where it is.
+switched on but reset, it does not know where it is, and stands for twice as long as one that was
+switched on needed to drive on.
 """
 
 import pathlib
@@ -33,7 +34,8 @@ class Robot:
         self.process = subprocess.Popen([program, str(port), eeprom, *how], stdout=subprocess.PIPE,
                                         text=True)
         self.x_m = self.y_m = 0.0
-        self.standing = 0  # lines printed without a move
+        self.lines = 0
+        self.standing = 0  # the last of them, without a move
         threading.Thread(target=self.read, daemon=True).start()
 
     def read(self):
@@ -41,6 +43,7 @@ class Robot:
             x_m, y_m, _ = (float(word) for word in line.split())
             self.standing = self.standing + 1 if (x_m, y_m) == (self.x_m, self.y_m) else 0
             self.x_m, self.y_m = x_m, y_m
+            self.lines += 1
 
     def end(self):
         self.process.send_signal(signal.SIGTERM)
@@ -81,12 +84,17 @@ def run(bin_dir, program, folder):
         operated.command("set", START_RELEASED, 1)
         await_that(lambda: (folder / "eeprom").read_bytes() != stored, "it is stored")
         robots[-1].end()
-        robots.append(Robot(program, daemon.udp_port(), folder / "eeprom", "reset"))
-        await_that(lambda: last_event() == "pose lost", "it does not know where it is")
-        robots[-1].end()
         robots.append(Robot(program, daemon.udp_port(), folder / "eeprom"))
         await_that(lambda: robots[-1].x_m > 0.1, "switched on, it is at its start, and released")
         robots[-1].end()
+        lines = robots[-1].lines
+        robots.append(Robot(program, daemon.udp_port(), folder / "eeprom", "reset"))
+        robot = robots[-1]
+        await_that(lambda: last_event() == "pose lost", "it does not know where it is")
+        told = robot.lines
+        await_that(lambda: robot.lines >= told + 2 * lines, "it prints where it stands")
+        check((robot.x_m, robot.y_m) == (0, 0), f"it drives, to {robot.x_m}, {robot.y_m} m")
+        robot.end()
         daemon.stop()
     finally:
         for process in [robot.process for robot in robots] + [daemon.process]:

@@ -9,6 +9,7 @@ import json
 import os
 import pathlib
 import signal
+import ssl
 import subprocess
 import sys
 import tempfile
@@ -19,19 +20,22 @@ from cluster.machines import Machines  # noqa: E402
 from operated_daemon import PATIENCE_S, await_that  # noqa: E402
 from stranger.client import Client, ErrorAnswer, NoAnswer  # noqa: E402
 from stranger.servers import Servers  # noqa: E402
-from test_config import link, map_of, pheromone  # noqa: E402
+from test_config import link, map_of, pheromone, table  # noqa: E402
+from tls_test import make_certificate  # noqa: E402
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 else None
 
 CONFIG = (map_of(10.0, 10.0) + pheromone(1, "trail", tau_s=60.0)
-          + link("modem", "pty", path="modem.pty", on=["a"]))
+          + link("modem", "pty", path="modem.pty", on=["a"])
+          + table("web", listen="127.0.0.1:0", tls_certificate="lab.pem", tls_key="lab.key"))
 
 
 class ClusterTest(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
-        self.machines = Machines(BIN, pathlib.Path(temporary.name), config=CONFIG)
+        self.machines = Machines(BIN, pathlib.Path(temporary.name), config=CONFIG,
+                                 add_files=make_certificate)
         self.addCleanup(self.machines.close)
         self.leader = self.machines.leader()
         self.follower = next(it for it in self.machines.nodes if it != self.leader)
@@ -147,6 +151,21 @@ class ClusterTest(unittest.TestCase):
                        for daemon in self.machines.daemons.values())
         await_that(are_changed, "tau_s is 90 at both")
         self.machines.await_equal()
+
+    def test_a_reload_at_the_follower_takes_its_own_certificate(self):
+        folder = self.machines.folders[self.follower]
+        daemon = self.machines.daemons[self.follower]
+
+        def served():
+            return ssl.get_server_certificate(("127.0.0.1", daemon.web_port()))
+        before = served()
+        (folder / "lab.key").write_text("none")
+        self.assertNotEqual(daemon.call("POST", "/api/v1/reload", {})[0], 200)
+        self.assertEqual(served(), before)
+        make_certificate(folder)
+        daemon.process.send_signal(signal.SIGHUP)
+        await_that(lambda: served() != before, "the new certificate is served")
+        self.assertEqual(served(), (folder / "lab.pem").read_text())
 
     def test_a_leader_hands_over_when_it_is_asked_to_and_when_it_stops(self):
         robot = self.robot(7, self.follower, self.leader)

@@ -98,9 +98,9 @@ class Etcd:
 
 
 class Machines:
-    """`config` is added to that of all servers."""
+    """`config` is added to that of all servers, and by `add_files` to the folder of each."""
 
-    def __init__(self, bin_dir, folder, nodes="ab", config=None):
+    def __init__(self, bin_dir, folder, nodes="ab", config=None, add_files=lambda folder: None):
         self.bin_dir, self.nodes = bin_dir, nodes
         self.folders = {node: folder / node for node in nodes}
         self.etcd = Etcd(folder)
@@ -109,6 +109,7 @@ class Machines:
         self.daemons = {}
         for node in nodes:
             prepare(self.folders[node])
+            add_files(self.folders[node])
             (self.folders[node] / "test.toml").write_text(self.config(node, config))
         try:
             self.start(*nodes)

@@ -242,7 +242,7 @@ class Driver {
     protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
     decoder.PushBlock(out.bytes.data(), out.bytes.size(), 0,
                       [&](const protocol::Message& message) { messages.push_back(message); });
-    Require(messages.size() == out.frames && !messages.empty());
+    Require(messages.size() == out.frame_ends.size() && !messages.empty());
     protocol::Round round;
     const bool has_round = Decode(messages.back(), &round);
     if (options_.half_duplex) {

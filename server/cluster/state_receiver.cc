@@ -12,11 +12,14 @@ using journal::SnapshotWriter;
 
 // Used aside while something is written, and then on the executor.
 struct StateReceiver::File {
-  std::unique_ptr<SnapshotWriter> writer;  // null: the header is not whole
-  std::string head;
+  journal::Folder* const folder;
+  const std::function<void()> end_snapshots;
+  const uint64_t least;
+  std::unique_ptr<SnapshotWriter> writer{};  // null: the header is not whole
+  std::string head{};
   uint64_t sequence = 0;
 
-  Status Write(const Parts& parts, uint64_t least, std::string_view bytes) {
+  Status Write(std::string_view bytes) {
     if (writer == nullptr) {
       head += bytes;
       if (head.size() < journal::kSnapshotHeaderBytes) {
@@ -28,14 +31,14 @@ struct StateReceiver::File {
         return Error{"its state is that after event " + std::to_string(sequence) +
                      ", expected one after event " + std::to_string(least) + " or later"};
       }
-      parts.end_snapshots();
-      PHEROMONE_TRY(writer, SnapshotWriter::Begin(header, parts.folder));
+      end_snapshots();
+      PHEROMONE_TRY(writer, SnapshotWriter::Begin(header, folder));
       bytes = std::string_view(head).substr(journal::kSnapshotHeaderBytes);
     }
     return writer->Append(bytes);
   }
 
-  Status End(journal::Folder* folder) {
+  Status End() {
     if (writer == nullptr) {
       return Error{"its state ends before it begins"};
     }
@@ -54,9 +57,8 @@ struct StateReceiver::File {
 void StateReceiver::Begin(const std::string& from, uint64_t least, uint64_t now_ms) {
   ++number_;
   from_ = from;
-  least_ = least;
   offset_ = 0;
-  file_ = std::make_shared<File>();
+  file_ = std::make_shared<File>(File{parts_.folder, parts_.end_snapshots, least});
   Ask(now_ms);
 }
 
@@ -80,10 +82,10 @@ void StateReceiver::OnPortion(const std::string& from, const StatePortion& porti
   offset_ += portion.bytes.size();
   const auto status = std::make_shared<Status>(Ok());
   parts_.aside(
-      [file = file_, status, parts = parts_, least = least_, portion] {
-        *status = file->Write(parts, least, portion.bytes);
+      [file = file_, status, portion] {
+        *status = file->Write(portion.bytes);
         if (status->ok() && portion.is_last) {
-          *status = file->End(parts.folder);
+          *status = file->End();
         }
       },
       [this, file = file_, status, is_last = portion.is_last] {

@@ -62,7 +62,6 @@ class StateReceiver {
   const Parts parts_;
   uint64_t number_ = 0;
   std::string from_;
-  uint64_t least_ = 0;
   uint64_t offset_ = 0;
   bool waits_ = false;  // for a portion
   uint64_t asked_ms_ = 0;

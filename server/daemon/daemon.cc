@@ -86,6 +86,7 @@ class Daemon::Impl {
                   .run_edit = [this](auto work) { return edits_.Add(std::move(work)); },
                   .run_operation = [this](auto work) { return operations_.Add(std::move(work)); },
                   .reload = [this] { return ReadConfigurationAgain(); },
+                  .reload_certificate = [this] { return ReadCertificateAgain(); },
                   .change_tau =
                       [this](uint8_t type, int64_t tau_ms) {
                         Status changed = config_.ChangeTau(type, tau_ms);
@@ -347,7 +348,7 @@ class Daemon::Impl {
     }
   }
 
-  // Its configuration is that of the cluster.
+  // Its configuration is that of the cluster, but for certificates.
   void ReloadAtTheLeader() {
     service_manager::Reloading();
     control_.Reload([this](const Result<std::vector<std::string>>& notes) {
@@ -381,14 +382,25 @@ class Daemon::Impl {
     auto outcome = config_.ReadAgain();
     if (outcome.ok()) {
       control_.TellConfigured();
-      if (const auto certificate = config_.Web().tls) {
-        front_end_.SetCertificate(*certificate);
-      }
+      UseCertificate();
     }
     if (!stopping_) {
       service_manager::Ready(upkeep_.DescribeState());
     }
     return outcome;
+  }
+
+  // As an operation.
+  Status ReadCertificateAgain() {
+    PHEROMONE_TRY_STATUS(config_.ReadCertificateAgain());
+    UseCertificate();
+    return Ok();
+  }
+
+  void UseCertificate() {
+    if (const auto certificate = config_.Web().tls) {
+      front_end_.SetCertificate(*certificate);
+    }
   }
 
   void MakeSnapshot(control::Control::DoneWith<std::optional<std::string>> done) {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <random>
 #include <utility>
 
+#include "server/base/random.h"
 #include "server/config/describe.h"
 
 namespace pheromone::daemon {
@@ -16,13 +16,11 @@ namespace {
 // The first epoch of a new state: robots must send HELLO again. With a journal, a restart continues
 // in the old epoch.
 uint16_t RandomEpoch(uint16_t other_than) {
-  std::random_device random;
-  std::uniform_int_distribution<int> any(1, UINT16_MAX);
-  int epoch = 0;
+  uint16_t epoch = 0;
   do {
-    epoch = any(random);
-  } while (epoch == other_than);
-  return static_cast<uint16_t>(epoch);
+    epoch = static_cast<uint16_t>(Random64());
+  } while (epoch == 0 || epoch == other_than);
+  return epoch;
 }
 
 std::vector<std::string> RestartRequired(const config::Config& present,
@@ -91,12 +89,10 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
     spdlog::error("the configuration is unchanged: {}", error);
     return error;
   }
+  TakeCertificate(next.web);
   {
     const std::lock_guard lock(mutex_);
     engine_ = read;
-    if (next.web.tls && config_.web.tls) {
-      config_.web.tls = next.web.tls;
-    }
   }
   captures_->SetConfigText(next.text);
   Tell(next.warnings);
@@ -108,6 +104,26 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   }
   spdlog::info("configuration reread");
   return notes;
+}
+
+Status LiveConfig::ReadCertificateAgain() {
+  if (!Web().tls) {
+    return Ok();
+  }
+  const Result<config::Config> loaded = reload_();
+  if (!loaded.ok()) {
+    spdlog::error("the certificate is unchanged:\n{}", loaded.error());
+    return loaded.error();
+  }
+  TakeCertificate(loaded.value().web);
+  return Ok();
+}
+
+void LiveConfig::TakeCertificate(const config::WebSettings& read) {
+  const std::lock_guard lock(mutex_);
+  if (read.tls && config_.web.tls) {
+    config_.web.tls = read.tls;
+  }
 }
 
 Status LiveConfig::ChangeTau(uint8_t type, int64_t tau_ms) {

@@ -38,6 +38,10 @@ class LiveConfig {
   /// compatible with the map; then nothing is changed.
   Result<std::vector<std::string>> ReadAgain();
 
+  /// Only the certificate, while the rest comes from another server of a cluster. Errors: the
+  /// configuration is invalid; then nothing is changed.
+  Status ReadCertificateAgain();
+
   /// Changes the law of a pheromone until the configuration is read again (Control::ChangeTau).
   Status ChangeTau(uint8_t type, int64_t tau_ms);
 
@@ -61,6 +65,7 @@ class LiveConfig {
   engine::SharedConfig InEffect() const;
   Result<engine::Service::Configured> Configure(const engine::SharedConfig& config,
                                                 bool state_lost);
+  void TakeCertificate(const config::WebSettings& read);
   void Tell(const std::vector<config::Warning>& warnings) const;
 
   const Reload reload_;

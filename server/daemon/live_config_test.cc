@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <string>
 
 #include "server/core/engine/testing/bench.h"
 #include "server/core/engine/testing/scripted_log.h"
@@ -14,6 +15,7 @@ namespace {
 config::Config ConfigOf(const engine::EngineConfig& engine) {
   config::Config config;
   config.engine = engine;
+  config.web.tls = Certificate{"a chain", "a key"};
   return config;
 }
 
@@ -27,8 +29,10 @@ class LiveConfigTest : public ::testing::Test {
   engine::testing::ScriptedLog log_;
   engine::Service service_{&log_, [] { return engine::ClockReading{1'000, 1'700'000'000'000}; }};
   Captures captures_{&service_, read_};
-  LiveConfig config_{read_, [this] { return Result<config::Config>(read_); }, &service_,
-                     &captures_};
+  std::string error_;  // when it is read again
+  LiveConfig config_{
+      read_, [this] { return error_.empty() ? Result<config::Config>(read_) : Error{error_}; },
+      &service_, &captures_};
 };
 
 TEST_F(LiveConfigTest, TheConfigurationThatAnotherServerOrderedIsTheOneInEffect) {
@@ -46,6 +50,33 @@ TEST_F(LiveConfigTest, AChangedLawIsInEffectUntilTheConfigurationIsReadAgain) {
   EXPECT_EQ(config_.AsRead(), engine::SharedConfig(read_.engine));
   ASSERT_TRUE(config_.ReadAgain().ok());
   EXPECT_EQ(TauOfFirst(), read_.engine.field.pheromones[0].tau_ms);
+}
+
+TEST_F(LiveConfigTest, OnlyTheCertificateIsTakenWhereAnotherServerHasTheRest) {
+  read_.web.tls = Certificate{"another chain", "another key"};
+  read_.engine.field.pheromones[0].tau_ms += 1'000;
+  read_.web.max_viewers += 1;
+  const int64_t tau_ms = TauOfFirst();
+  const config::WebSettings before = config_.Web();
+  ASSERT_TRUE(config_.ReadCertificateAgain().ok());
+  EXPECT_EQ(config_.Web().tls, read_.web.tls);
+  EXPECT_EQ(config_.Web().max_viewers, before.max_viewers);
+  EXPECT_EQ(TauOfFirst(), tau_ms);
+}
+
+TEST_F(LiveConfigTest, AServerWithoutACertificateReadsNone) {
+  error_ = "a mistake in line 3";
+  read_.web.tls.reset();
+  LiveConfig without(
+      read_, [this]() -> Result<config::Config> { return Error{error_}; }, &service_, &captures_);
+  EXPECT_TRUE(without.ReadCertificateAgain().ok());
+}
+
+TEST_F(LiveConfigTest, ACertificateThatIsNotReadChangesNothing) {
+  const auto before = config_.Web().tls;
+  error_ = "lab.key: found no private key";
+  EXPECT_EQ(config_.ReadCertificateAgain().error(), error_);
+  EXPECT_EQ(config_.Web().tls, before);
 }
 
 }  // namespace

@@ -290,12 +290,19 @@ void LiveControl::ChangeTau(uint8_t type, int64_t tau_ms, Done done) {
 }
 
 void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
-  if (Forwards<std::vector<std::string>>(
-          cluster::ReloadRequest{}, done,
-          [](const cluster::OperatorResult& it) { return it.notes; })) {
-    return;
-  }
   const auto reload = [this, done] {
+    if (parts_.cluster && parts_.cluster->has_leader()) {
+      // Each server has a certificate of its own.
+      if (const Status read = parts_.reload_certificate(); !read.ok()) {
+        done(Error{"the certificate of this server: " + read.error()});
+        return;
+      }
+      if (Forwards<std::vector<std::string>>(
+              cluster::ReloadRequest{}, done,
+              [](const cluster::OperatorResult& it) { return it.notes; })) {
+        return;
+      }
+    }
     const Result<std::vector<std::string>> notes = parts_.reload();
     if (!notes.ok()) {
       done(notes);

@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "server/base/testing/temporary_folder.h"
@@ -232,6 +233,39 @@ TEST_F(LiveControlTest, AReloadIsDoneWhenItIsDurable) {
   Outcome<std::vector<std::string>> wrong;
   control_.Reload(wrong.Taker());
   EXPECT_EQ(wrong.Get().error(), "a mistake in line 3");
+}
+
+TEST_F(LiveControlTest, AReloadReadsTheOwnCertificateAndGoesToTheServerThatLeads) {
+  int forwarded = 0;
+  int read = 0;
+  LiveParts parts = Parts(std::chrono::hours(1));
+  LiveCluster others;
+  others.has_leader = [] { return true; };
+  others.forward = [&](const cluster::OperatorChange& change, const auto& done) {
+    EXPECT_TRUE(std::holds_alternative<cluster::ReloadRequest>(change.change));
+    ++forwarded;
+    cluster::OperatorResult result;
+    result.ok = true;
+    result.notes = {"there"};
+    done(result);
+    return true;
+  };
+  parts.cluster = std::move(others);
+  parts.reload = [] { return Error{"another server has the configuration"}; };
+  parts.reload_certificate = [&] {
+    ++read;
+    return reloaded_certificate_;
+  };
+  LiveControl control(std::move(parts));
+  Outcome<std::vector<std::string>> reload;
+  control.Reload(reload.Taker());
+  EXPECT_EQ(reload.Get().value(), std::vector<std::string>{"there"});
+  EXPECT_EQ(read, 1);
+  reloaded_certificate_ = Error{"lab.key: found no private key"};
+  Outcome<std::vector<std::string>> wrong;
+  control.Reload(wrong.Taker());
+  EXPECT_EQ(wrong.Get().error(), "the certificate of this server: lab.key: found no private key");
+  EXPECT_EQ(forwarded, 1);
 }
 
 TEST_F(LiveControlTest, ASnapshotIsNamedWhenItIsMade) {

@@ -28,10 +28,6 @@ size_t CountRobots(const engine::Engine& engine) {
 
 }  // namespace
 
-void Upkeep::Start() {
-  Await();
-}
-
 void Upkeep::Stop() {
   is_stopped_ = true;
   second_.cancel();
@@ -50,7 +46,7 @@ std::string Upkeep::DescribeState() const {
                      parts_.links->links().size(), robots);
 }
 
-void Upkeep::Await() {
+void Upkeep::Start() {
   second_.expires_after(kBetweenReports);
   second_.async_wait([this](const boost::system::error_code& error) {
     if (error || is_stopped_) {
@@ -69,7 +65,7 @@ void Upkeep::Await() {
       told_ = std::move(state);
       service_manager::Tell(told_);
     }
-    Await();
+    Start();
   });
 }
 

@@ -54,7 +54,6 @@ class Upkeep {
   void Summarise() const;
 
  private:
-  void Await();
   void ReportTrouble();
   void ReportFieldTime(uint64_t field_ms);
   void NoteClock(uint64_t field_ms);

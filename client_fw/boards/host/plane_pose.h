@@ -20,11 +20,13 @@ struct PlanePose {
   double heading_rad = 0;  ///< counter-clockwise from +x, not reduced to a turn
 };
 
-/// Whether it is finite, and no further away than the protocol can tell.
+/// The largest absolute coordinate that the protocol can tell.
+constexpr double kMaxCoordinateM = kMaxCoordinateMm / 1000.0;
+
+/// Whether it is finite, and no further away than kMaxCoordinateM.
 inline bool IsReportable(const PlanePose& pose) {
-  constexpr double kMaxM = kMaxCoordinateMm / 1000.0;
-  return std::isfinite(pose.heading_rad) && std::abs(pose.x_m) <= kMaxM &&
-         std::abs(pose.y_m) <= kMaxM;
+  return std::isfinite(pose.heading_rad) && std::abs(pose.x_m) <= kMaxCoordinateM &&
+         std::abs(pose.y_m) <= kMaxCoordinateM;
 }
 
 /// To the nearest millimetre and binary angle, if IsReportable.

@@ -99,17 +99,29 @@ class Stream:
         if self._token:
             lines.append("Authorization: Bearer " + self._token)
         self._socket.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
-        try:
-            version, status = self._input.readline(1024).split()[:2]
-        except ValueError:
-            raise ProtocolError("no valid HTTP answer") from None
-        headers = http.client.parse_headers(self._input)
-        if not version.startswith(b"HTTP/1.1") or status != b"101":
-            length = min(int(headers.get("Content-Length", 0)), MAX_MESSAGE_BYTES)
-            raise_refusal(int(status), self._input.read(length))
+        status, headers = self._read_head()
+        if status != 101:
+            length = headers.get("Content-Length", "0")
+            if not length.isdecimal() or len(length) > 18:
+                raise ProtocolError(f"Content-Length {length!r}, expected a number of bytes")
+            raise_refusal(status, self._input.read(min(int(length), MAX_MESSAGE_BYTES)))
         expected = base64.b64encode(hashlib.sha1(key + self._ACCEPT).digest()).decode()
         if headers.get("Sec-WebSocket-Accept") != expected:
             raise ProtocolError("what answers is no WebSocket server")
+
+    def _read_head(self) -> tuple[int, http.client.HTTPMessage]:
+        """The status and the headers of the answer to the handshake."""
+        line = self._input.readline(1024)
+        if not line:
+            raise ConnectionError("the server closed the connection before it answered the "
+                                  "WebSocket handshake")
+        words = line.split()
+        if len(words) < 2 or words[0] != b"HTTP/1.1" or not words[1].isdigit():
+            raise ProtocolError(f"{line!r}, expected HTTP/1.1 and a status")
+        try:
+            return int(words[1]), http.client.parse_headers(self._input)
+        except http.client.HTTPException as problem:
+            raise ProtocolError(f"no valid HTTP headers: {problem}") from problem
 
     def _payloads(self) -> Iterator[tuple[bool, bytes]]:
         """Whether it is text, and the bytes, of each whole message until the server closes."""

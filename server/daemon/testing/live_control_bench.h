@@ -181,6 +181,7 @@ class LiveControlTest : public ::testing::Test {
             .run_edit = run,
             .run_operation = run,
             .reload = [this] { return reloaded_; },
+            .reload_certificate = [this] { return reloaded_certificate_; },
             .change_tau =
                 [this](uint8_t type, int64_t tau_ms) {
                   tau_ = {type, tau_ms};
@@ -193,6 +194,7 @@ class LiveControlTest : public ::testing::Test {
 
   bool has_room_ = true;  // the queues for what takes long
   Result<std::vector<std::string>> reloaded_ = std::vector<std::string>{"links wait"};
+  Status reloaded_certificate_ = Ok();
   std::pair<uint8_t, int64_t> tau_{};
   control::Control::DoneWith<std::optional<std::string>> snapshot_;
   // Nothing is waited for until the patience ends, but where a test is about that.

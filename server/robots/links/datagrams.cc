@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace pheromone::links {
 namespace {
@@ -82,9 +83,14 @@ void DatagramWriter::Add(const protocol::Message& message, const PeerAddress& to
   room_->headers[place].msg_hdr.msg_namelen = to.size;
 }
 
-DatagramWriter::Outcome DatagramWriter::Flush(int socket) {
+DatagramWriter::Outcome DatagramWriter::Flush(int socket, const OnDone& on_done) {
+  const auto tell = [&](size_t place, bool is_sent) {
+    if (on_done) {
+      on_done({room_->bytes[place].data(), room_->parts[place].iov_len}, is_sent);
+    }
+  };
   Outcome outcome;
-  const auto count = static_cast<size_t>(count_);
+  const auto count = static_cast<size_t>(std::exchange(count_, 0));
   size_t next = 0;
   while (next < count) {
     const int sent = sendmmsg(socket, room_->headers.data() + next,
@@ -96,16 +102,16 @@ DatagramWriter::Outcome DatagramWriter::Flush(int socket) {
       const bool no_room = errno == EAGAIN || errno == EWOULDBLOCK || errno == ENOBUFS;
       outcome.dropped += no_room ? 1u : 0u;
       outcome.undeliverable += no_room ? 0u : 1u;
-      ++next;
+      tell(next++, false);
       continue;
     }
     const size_t end = next + static_cast<size_t>(sent);
     outcome.frames += end - next;
     for (; next < end; ++next) {
       outcome.bytes += room_->headers[next].msg_len;
+      tell(next, true);
     }
   }
-  count_ = 0;
   return outcome;
 }
 

@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -83,9 +84,12 @@ class DatagramWriter {
   /// Adds a message as a datagram of one frame. Requires !full().
   void Add(const protocol::Message& message, const PeerAddress& to);
 
+  /// Of each datagram, in order.
+  using OnDone = std::function<void(std::span<const uint8_t> datagram, bool is_sent)>;
+
   /// Sends all added datagrams in order and empties the writer; those that cannot be sent are
   /// counted.
-  Outcome Flush(int socket);
+  Outcome Flush(int socket, const OnDone& on_done = nullptr);
 
  private:
   struct Room {

@@ -26,8 +26,8 @@ namespace asio = boost::asio;
 // How often the driver's counters are read and silence is checked.
 constexpr std::chrono::milliseconds kBetweenLooks{500};
 
-// For how long a halt that a standby has not sent is kept: longer than it takes another server to
-// take over, and shorter than until somebody drives on by hand.
+// For how long after a halt of all one that was not sent is kept: longer than it takes another
+// server to take over, and shorter than until somebody drives on by hand.
 constexpr std::chrono::seconds kHaltKept{3};
 constexpr size_t kMaxKeptHalts = engine::RobotsPart::kBroadcastTransmissions;
 
@@ -109,9 +109,7 @@ class PortLink final : public Link {
     asio::post(strand_, [this, messages = std::move(messages)] {
       const bool is_standby = IsStandby();
       for (const engine::Outgoing& outgoing : messages) {
-        if (permit() != nullptr && IsResume(outgoing.message)) {
-          DropKeptHalts(0);
-        }
+        FollowCommand(outgoing.message);
         if (is_standby) {
           LeaveToOwner(outgoing.message);
         } else if (!session_) {
@@ -126,11 +124,6 @@ class PortLink final : public Link {
   std::string address() const override { return address_; }
 
  private:
-  struct KeptHalt {
-    Clock::time_point at;
-    protocol::Message message;
-  };
-
   SendPermit* permit() const { return context().permit; }
 
   void ReportOpen() {
@@ -159,6 +152,15 @@ class PortLink final : public Link {
     SendKeptHalt();
   }
 
+  void FollowCommand(const protocol::Message& message) {
+    if (IsHaltOfAll(message)) {
+      halted_at_ = Clock::now();
+    } else if (IsResume(message)) {
+      halted_at_.reset();
+      DropKeptHalts(0);
+    }
+  }
+
   // The server that sends here has it, too. But if there is none at this moment, nobody repeats a
   // halt of all: whoever sends here next sends it.
   void LeaveToOwner(const protocol::Message& message) {
@@ -178,24 +180,24 @@ class PortLink final : public Link {
   }
 
   void KeepHalt(const protocol::Message& halt) {
-    kept_halts_.push_back({Clock::now(), halt});
-    DropKeptHalts(kMaxKeptHalts);
+    kept_halts_.push_back(halt);
+    DropKeptHalts(halted_at_ ? kMaxKeptHalts : 0);
   }
 
   void DropKeptHalts(size_t most) {
     while (kept_halts_.size() > most) {
-      Drop(kept_halts_.front().message);
+      Drop(kept_halts_.front());
       kept_halts_.pop_front();
     }
   }
 
   // One at a time: when it takes over, and whenever it looks.
   void SendKeptHalt() {
-    while (!kept_halts_.empty() && kept_halts_.front().at + kHaltKept < Clock::now()) {
-      DropKeptHalts(kept_halts_.size() - 1);
+    if (halted_at_ && *halted_at_ + kHaltKept < Clock::now()) {
+      DropKeptHalts(0);
     }
     if (!kept_halts_.empty() && session_ && !IsStandby()) {
-      session_->Send({context().index, 0, kept_halts_.front().message});
+      session_->Send({context().index, 0, kept_halts_.front()});
       kept_halts_.pop_front();
     }
   }
@@ -378,7 +380,9 @@ class PortLink final : public Link {
   LineErrors line_errors_;  // as counted so far, since the port was opened
   bool silent_ = false;
   bool is_standby_ = false;
-  std::deque<KeptHalt> kept_halts_;
+  // When the last halt of all came here; empty: somebody was to resume after it.
+  std::optional<Clock::time_point> halted_at_;
+  std::deque<protocol::Message> kept_halts_;
   std::optional<Session> session_;  // while the port is open
   bool stopping_ = false;
 };

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <termios.h>
 
@@ -11,6 +12,7 @@
 #include "server/robots/links/port_link.h"
 #include "server/robots/links/send_permit.h"
 #include "server/robots/links/testing/link_bench.h"
+#include "server/robots/links/testing/remembering_tap.h"
 
 namespace pheromone::links {
 namespace {
@@ -23,6 +25,7 @@ using testing::Eventually;
 using testing::IsEcho;
 using testing::Peer;
 using testing::PingOf;
+using testing::RememberingTap;
 using testing::Wire;
 
 std::string TargetOf(const std::string& path) {
@@ -70,6 +73,7 @@ class SharedPtyLinkTest : public PtyLinkTest {
     config.path = path_;
     LinkContext context = server_.Context(0);
     context.permit = &permit_;
+    context.tap = &tap_;
     ASSERT_TRUE(server_.Start(MakePtyLink(server_.io(), config, std::move(context))).ok());
   }
 
@@ -90,6 +94,11 @@ class SharedPtyLinkTest : public PtyLinkTest {
     return {0, 0, engine::testing::MessageOf(command)};
   }
 
+  static engine::Outgoing HaltOfAll() {
+    return CommandTo(protocol::kBroadcastId, protocol::CommandCode::kHalt);
+  }
+
+  RememberingTap tap_;
   SendPermit permit_{[] { return permit_now_ms.load(); }};
 };
 
@@ -124,7 +133,7 @@ TEST_F(SharedPtyLinkTest, AStandbyIsSilentUntilItMaySendAndAgainWhenItsTimeIsOve
 TEST_F(SharedPtyLinkTest, AHaltOfAllIsSentByWhoeverTakesOver) {
   StartShared();
   Peer robot(path_);
-  server_.link().Send({CommandTo(protocol::kBroadcastId, protocol::CommandCode::kHalt)});
+  server_.link().Send({HaltOfAll()});
   SendUnheard(robot, 1);
   permit_.Set(9'000, "a");
   EXPECT_TRUE(IsHaltOfAllRobots(robot.Receive()));
@@ -134,8 +143,7 @@ TEST_F(SharedPtyLinkTest, AHaltOfAllIsSentByWhoeverTakesOver) {
 TEST_F(SharedPtyLinkTest, AHaltOfAllIsForgottenOnceSomebodyIsToResume) {
   StartShared();
   Peer robot(path_);
-  server_.link().Send({CommandTo(protocol::kBroadcastId, protocol::CommandCode::kHalt),
-                       CommandTo(3, protocol::CommandCode::kResume)});
+  server_.link().Send({HaltOfAll(), CommandTo(3, protocol::CommandCode::kResume)});
   SendUnheard(robot, 1);
   permit_.Set(9'000, "a");
   EXPECT_TRUE(IsEcho(robot.Ask(PingOf(3, 2)), 3, 2));
@@ -146,15 +154,60 @@ LinkConfig HalfDuplexConfig() {
       .medium_access = true, .turnaround_ms = 2, .server_delay_ms = 200, .response_window_ms = 250};
 }
 
+// 20 ms for drivers, 4 ms to turn round, and a byte takes a millisecond.
+constexpr uint64_t kTooShortMs = 1'025;
+
 TEST_F(SharedPtyLinkTest, AHaltOfAllThatThePermitIsTooShortForIsSentLater) {
-  permit_.Set(1'025, "a");  // 20 ms for drivers, 4 ms to turn round, and a byte takes a millisecond
+  permit_.Set(kTooShortMs, "a");
   StartShared(HalfDuplexConfig());
   Peer robot(path_);
-  server_.link().Send({CommandTo(protocol::kBroadcastId, protocol::CommandCode::kHalt),
-                       CommandTo(3, protocol::CommandCode::kHalt)});
+  server_.link().Send({HaltOfAll(), CommandTo(3, protocol::CommandCode::kHalt)});
   EXPECT_TRUE(Eventually([&] { return server_.link().counters().undeliverable == 1; }));
   EXPECT_EQ(server_.link().counters().frames_out, 0u);
   permit_.Set(9'000, "a");
+  EXPECT_TRUE(IsHaltOfAllRobots(robot.Receive()));
+}
+
+TEST_F(SharedPtyLinkTest, AHaltOfAllThatIsNotSentBeforeSomebodyIsToResumeIsForgotten) {
+  permit_.Set(kTooShortMs, "a");
+  StartShared(HalfDuplexConfig());
+  server_.link().Send({HaltOfAll(), CommandTo(3, protocol::CommandCode::kResume)});
+  EXPECT_TRUE(Eventually([&] { return tap_.dropped().size() == 2; }));
+}
+
+// However often it is tried.
+TEST_F(SharedPtyLinkTest, AHaltOfAllThatCannotBeSentIsForgottenAfterAWhile) {
+  permit_.Set(kTooShortMs, "a");
+  StartShared(HalfDuplexConfig());
+  server_.link().Send({HaltOfAll()});
+  EXPECT_TRUE(Eventually([&] { return tap_.dropped().size() == 1; }));
+}
+
+// A terminal that nobody reads takes a part of this.
+TEST_F(SharedPtyLinkTest, WhatThePermitEndsBeforeIsRefusedAndAHaltOfAllInItIsSentLater) {
+  constexpr size_t kPings = 3'000;
+  permit_.Set(100'000, "a");
+  StartShared();
+  Peer robot(path_);
+  std::vector<engine::Outgoing> many(kPings, {0, 0, PingOf(3, 1)});
+  many.push_back(HaltOfAll());
+  server_.link().Send(many);
+  ASSERT_TRUE(Eventually([&] {
+    int unread = 0;
+    return ioctl(robot.descriptor(), FIONREAD, &unread) == 0 && unread > 0;
+  }));
+  permit_now_ms = 100'001;
+  size_t received = 0;
+  while (robot.Receive(milliseconds(100))) {
+    ++received;
+  }
+  EXPECT_LT(received, kPings);
+  EXPECT_TRUE(
+      Eventually([&] { return server_.link().counters().undeliverable == kPings - received; }));
+  EXPECT_EQ(server_.link().counters().frames_out, received);
+  EXPECT_EQ(RememberingTap::Together(tap_.written(), 1).size(),
+            received * Wire(PingOf(3, 1)).size());
+  permit_now_ms = 1'000;
   EXPECT_TRUE(IsHaltOfAllRobots(robot.Receive()));
 }
 

@@ -43,13 +43,6 @@ bool HasUnread(int descriptor) {
   return poll(&line, 1, 0) != 0;
 }
 
-// The whole ones.
-size_t CountFrames(std::span<const uint8_t> bytes) {
-  protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
-  decoder.PushBlock(bytes.data(), bytes.size(), 0, [](const protocol::Message& /*message*/) {});
-  return decoder.counters().frames;
-}
-
 radio::Time At(Clock::time_point point) {
   return point.time_since_epoch();
 }
@@ -78,11 +71,17 @@ void Session::MakeChannel() {
   channel_.emplace(options_.channel, [this](const protocol::Message& message) {
     if (is_refusing_) {
       options_.on_refused(message);
-    } else if (tapped_.tap != nullptr) {
-      tapped_.tap->Dropped(tapped_.line.link, message);
+    } else {
+      Drop(message);
     }
   });
   counted_ = {};
+}
+
+void Session::Drop(const protocol::Message& message) {
+  if (tapped_.tap != nullptr) {
+    tapped_.tap->Dropped(tapped_.line.link, message);
+  }
 }
 
 void Session::RefuseAll() {
@@ -252,24 +251,13 @@ bool Session::Claim(size_t bytes) {
   return options_.permit == nullptr || options_.permit->Claim(OnTheAir(bytes));
 }
 
-void Session::TellWrote(std::span<const uint8_t> bytes) {
-  if (tapped_.tap != nullptr) {
-    tapped_.tap->Wrote(tapped_.line, bytes);
-  }
-}
-
 // Claims directly before each call of the driver; all of it, since the driver may still have what
 // it took before. What is not permitted is not sent: nothing at all, or less than all.
 asio::awaitable<error_code> Session::WritePermitted(std::span<const uint8_t> bytes, size_t* size) {
   error_code error;
   stream_.non_blocking(true, error);  // NOLINT(bugprone-unused-return-value)
   while (!error && *size < bytes.size() && Claim(bytes.size())) {
-    const size_t written =
-        stream_.write_some(asio::buffer(bytes.data() + *size, bytes.size() - *size), error);
-    if (*size == 0 && written != 0) {
-      TellWrote(bytes);
-    }
-    *size += written;
+    *size += stream_.write_some(asio::buffer(bytes.data() + *size, bytes.size() - *size), error);
     if (error == asio::error::would_block) {
       error.clear();
       co_await stream_.async_wait(asio::posix::stream_descriptor::wait_write,
@@ -379,24 +367,33 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   size_t size = 0;
   error_code error;
   if (options_.permit == nullptr) {
-    TellWrote(out.bytes);
     size = co_await asio::async_write(stream_, asio::buffer(out.bytes),
                                       asio::redirect_error(asio::use_awaitable, error));
   } else {
     error = co_await WritePermitted(out.bytes, &size);
   }
-  if (size == 0 && !error) {
-    for (const protocol::Message& message : out.messages) {
-      options_.on_refused(message);
-    }
-    co_return "";
-  }
-  const size_t frames =
-      size == out.bytes.size() ? out.frames : CountFrames({out.bytes.data(), size});
+  const auto cut = std::upper_bound(out.frame_ends.begin(), out.frame_ends.end(), size);
+  const auto frames = static_cast<size_t>(cut - out.frame_ends.begin());
   record_->Count([&](LinkCounters& counters) {
     counters.bytes_out += size;
     counters.frames_out += frames;
   });
+  if (frames != 0 && tapped_.tap != nullptr) {
+    tapped_.tap->Wrote(tapped_.line, {out.bytes.data(), out.frame_ends[frames - 1]});
+  }
+  for (const radio::Transmission::Part& part : out.parts) {
+    if (part.end <= size) {
+      continue;
+    }
+    if (options_.permit != nullptr) {
+      options_.on_refused(part.message);
+    } else {
+      Drop(part.message);
+    }
+  }
+  if (size == 0 && !error) {
+    co_return "";
+  }
   if (error) {
     co_return error.value() == EIO ? "the other side hung up" : error.message();
   }

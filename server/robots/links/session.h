@@ -38,7 +38,7 @@ struct ConversationOptions {
   /// Asked before each write, and held while a driver keys the transmitter; null: there is no need
   /// to. Outlives the session. Who closes the port releases it.
   SendPermit* permit = nullptr;
-  /// Called with each message that is not sent because of the permit.
+  /// Called with each message that is not sent whole; set if there is a permit.
   std::function<void(const protocol::Message& message)> on_refused{};
 };
 
@@ -91,11 +91,11 @@ class Session {
   boost::asio::awaitable<void> PauseUntil(Clock::time_point end);
   boost::asio::awaitable<boost::system::error_code> WritePermitted(std::span<const uint8_t> bytes,
                                                                    size_t* size);
-  void TellWrote(std::span<const uint8_t> bytes);
   bool IsPermitted(size_t bytes) const;
   bool Claim(size_t bytes);
   radio::Duration OnTheAir(size_t bytes) const;
   void MakeChannel();
+  void Drop(const protocol::Message& message);
   void RefuseAll();
   void TakeBytes(std::span<const uint8_t> bytes);
   void Queue(const protocol::Message& message, std::optional<radio::Time> asked_at);

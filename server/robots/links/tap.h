@@ -1,4 +1,4 @@
-// Lets a recording observe the traffic of a link: the bytes as they are read and written, and the
+// Lets a recording observe the traffic of a link: the bytes that are read and written, and the
 // messages that are never written. Without a tap it costs nothing.
 //
 //   const Tap::Reading reading(tap);          // ends with its scope
@@ -39,7 +39,8 @@ class Tap {
   virtual void Read(Connection* line, std::span<const uint8_t> bytes, uint32_t now_ms,
                     const protocol::FrameDecoder& decoder) = 0;
 
-  /// Complete frames are about to be written.
+  /// Complete frames were written. Of a transmission that was cut off, what is not a whole frame is
+  /// not told.
   virtual void Wrote(const Connection& line, std::span<const uint8_t> bytes) = 0;
 
   /// A message for this link will never be written.

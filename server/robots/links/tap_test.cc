@@ -131,6 +131,7 @@ TEST_F(TapTest, TellsTcpConnectionsApart) {
   const auto answer = b.Ask(PingOf(2, 2));
   ASSERT_TRUE(answer);
   ASSERT_TRUE(a.Ask(PingOf(1, 3)));
+  server_.Stop();
   EXPECT_EQ(RememberingTap::Together(tap_.read(), 1), Wire(PingOf(1, 1)) + Wire(PingOf(1, 3)));
   EXPECT_EQ(RememberingTap::Together(tap_.read(), 2), Wire(PingOf(2, 2)));
   EXPECT_EQ(RememberingTap::Together(tap_.written(), 2), Wire(*answer));

@@ -214,16 +214,21 @@ class UdpLink final : public ListeningLink<udp::socket> {
     if (writer_.full()) {
       Flush();
     }
-    if (tapped_.tap != nullptr) {
-      uint8_t wire[protocol::kMaxFrame];
-      const size_t size = protocol::EncodeFrame(message, wire, sizeof wire);
-      tapped_.tap->Wrote(tapped_.line, {wire, size});
-    }
     writer_.Add(message, peer);
   }
 
   void Flush() override {
-    const DatagramWriter::Outcome outcome = writer_.Flush(socket().native_handle());
+    const auto tell = [this](std::span<const uint8_t> datagram, bool is_sent) {
+      if (is_sent) {
+        tapped_.tap->Wrote(tapped_.line, datagram);
+        return;
+      }
+      protocol::FrameDecoder frame(protocol::kNoGapTimeout);
+      frame.PushBlock(datagram.data(), datagram.size(), 0,
+                      [this](const protocol::Message& message) { Drop(message); });
+    };
+    const DatagramWriter::Outcome outcome = writer_.Flush(
+        socket().native_handle(), tapped_.tap != nullptr ? DatagramWriter::OnDone(tell) : nullptr);
     record()->Count([&](LinkCounters& counters) {
       counters.frames_out += outcome.frames;
       counters.bytes_out += outcome.bytes;

@@ -26,13 +26,13 @@ std::vector<uint8_t> CodedFrameOf(const protocol::Message& round) {
 
 void Append(const std::vector<uint8_t>& frame, Transmission* out) {
   out->bytes.insert(out->bytes.end(), frame.begin(), frame.end());
-  ++out->frames;
+  out->frame_ends.push_back(out->bytes.size());
 }
 
 void Append(const protocol::Message& message, const std::vector<uint8_t>& frame,
             Transmission* out) {
   Append(frame, out);
-  out->messages.push_back(message);
+  out->parts.push_back({message, out->bytes.size()});
 }
 
 // What was not a whole frame.
@@ -261,18 +261,17 @@ void Channel::AppendRound(Time now, Transmission* out) {
     const Frame frame = Take(command);
     Append(frame.message, frame.bytes, out);
   }
-  for (const protocol::Message& answer : rounds_.answers()) {
-    out->messages.push_back(answer);
-  }
-  for (const protocol::Message& message : rounds_.Compose(now, acks)) {
-    if (!rounds_.coded()) {
-      Append(FrameOf(message), out);
-    } else if (message.opcode == protocol::kRound) {
-      Append(CodedFrameOf(message), out);
-    } else {  // only ROUNDs can be coded
-      Append(FrameOf(message), out);
-      Append(FrameOf(message), out);
+  const Rounds::Composed composed = rounds_.Compose(now, acks);
+  for (const protocol::Message& answer : composed.answers) {
+    const std::vector<uint8_t> frame = FrameOf(answer);
+    Append(answer, frame, out);
+    if (rounds_.coded()) {  // only ROUNDs can be coded
+      Append(frame, out);
     }
+  }
+  Append(rounds_.coded() ? CodedFrameOf(composed.round) : FrameOf(composed.round), out);
+  for (const protocol::Message& answer : composed.in_round) {
+    out->parts.push_back({answer, out->bytes.size()});
   }
   sent_round_ = true;
 }

@@ -52,9 +52,15 @@ struct ChannelCounters {
 
 /// Complete frames, sent without a pause.
 struct Transmission {
+  /// A message that the engine gave, in a frame of its own or in a ROUND.
+  struct Part {
+    protocol::Message message;
+    size_t end = 0;  ///< of that frame in `bytes`; of the first one if it is sent twice
+  };
+
   std::vector<uint8_t> bytes;
-  size_t frames = 0;
-  std::vector<protocol::Message> messages{};  ///< what the engine gave of it: no ROUND
+  std::vector<size_t> frame_ends;  ///< in `bytes`, ascending
+  std::vector<Part> parts;
 };
 
 class Channel {

@@ -28,7 +28,7 @@ std::vector<std::string> Names(const Transmission& out) {
     names.push_back(std::string{kDigits[message.opcode / 16], kDigits[message.opcode % 16]} +
                     " to " + std::to_string(message.id));
   });
-  EXPECT_EQ(names.size(), out.frames);
+  EXPECT_EQ(names.size(), out.frame_ends.size());
   return names;
 }
 

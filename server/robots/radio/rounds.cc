@@ -177,20 +177,13 @@ bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
   return false;
 }
 
-std::vector<protocol::Message> Rounds::answers() const {
-  std::vector<protocol::Message> answers;
-  for (const Turn& turn : turns_) {
-    if (turn.answer) {
-      answers.push_back(*turn.answer);
-    }
-  }
-  return answers;
-}
-
 std::vector<protocol::Message> Rounds::DropAnswers() {
-  std::vector<protocol::Message> dropped = answers();
+  std::vector<protocol::Message> dropped;
   for (Turn& turn : turns_) {
-    turn.answer.reset();
+    if (turn.answer) {
+      dropped.push_back(*turn.answer);
+      turn.answer.reset();
+    }
   }
   return dropped;
 }
@@ -420,8 +413,8 @@ int Rounds::ExchangesAnOpening() const {
   return std::max(kNewcomers, present / static_cast<int>(rounds));
 }
 
-std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
-  std::vector<protocol::Message> messages;
+Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
+  Composed composed;
   protocol::Round round;
   round.number = ++number_;
   for (Turn& turn : turns_) {
@@ -429,8 +422,9 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
     if (turn.answer) {
       if (const auto in_round = InRound(*turn.answer); in_round && now >= addressed_until_) {
         entry = *in_round;
+        composed.in_round.push_back(*turn.answer);
       } else {
-        messages.push_back(*turn.answer);
+        composed.answers.push_back(*turn.answer);
       }
     } else if (turn.answerable) {
       ++counters_.unanswered;
@@ -460,9 +454,9 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   for (const Turn& turn : turns_) {
     round.turns[round.turn_count++] = turn.id;
   }
-  protocol::Message message;
-  Encode(round, &message);
-  const size_t wire = coded() ? protocol::CodedRoundBytes(message.length) : WireBytes(message);
+  Encode(round, &composed.round);
+  const size_t wire =
+      coded() ? protocol::CodedRoundBytes(composed.round.length) : WireBytes(composed.round);
   const Duration lasts = static_cast<int64_t>(wire) * options_.timing.byte;
   round.open_slots = OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
   open_slots_ = round.open_slots;
@@ -472,10 +466,9 @@ std::vector<protocol::Message> Rounds::Compose(Time now, const std::vector<uint8
   ++counters_.rounds;
   counters_.coded += coded() ? 1u : 0u;
   counters_.turns += turns_.size();
-  Encode(round, &message);
-  messages.push_back(message);
+  Encode(round, &composed.round);
   OnSent(now);
-  return messages;
+  return composed;
 }
 
 void Rounds::OnSent(Time end) {

@@ -68,9 +68,7 @@ class Rounds {
   /// True if `answer`, to what was heard at `asked_at`, goes out with the next ROUND.
   bool TakeAnswer(const protocol::Message& answer, Time asked_at);
 
-  /// The answers that it has taken and not composed.
-  std::vector<protocol::Message> answers() const;
-  /// Forgets them; returns them.
+  /// Forgets the answers that it has taken and not composed; returns them.
   std::vector<protocol::Message> DropAnswers();
 
   /// Whether robots are given turns: from when there are two until there is none.
@@ -83,10 +81,15 @@ class Rounds {
   bool follows() const { return !turns_.empty() || opening_end_ != Time::min(); }
   /// When the next ROUND is due; kNever if none is.
   Time NextRound() const;
-  /// What is sent as one transmission: answers that are not two intensities, then the ROUND.
+  /// What is sent as one transmission.
+  struct Composed {
+    std::vector<protocol::Message> answers;   ///< that are not two intensities; before the ROUND
+    std::vector<protocol::Message> in_round;  ///< that the ROUND has
+    protocol::Message round;
+  };
   /// `acks`: robots that are sent a COMMAND before it, and need a turn for the ACK; fewer than
   /// kMaxTurns.
-  std::vector<protocol::Message> Compose(Time now, const std::vector<uint8_t>& acks);
+  Composed Compose(Time now, const std::vector<uint8_t>& acks);
   /// Whether the ROUND that was composed last is to be coded.
   bool coded() const { return form_ == RoundForm::kCoded; }
   /// The last bit of what was composed leaves at `end`.

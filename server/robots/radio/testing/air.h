@@ -229,7 +229,15 @@ class Air {
     protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
     decoder.PushBlock(out.bytes.data(), out.bytes.size(), 0,
                       [&sent](const auto& message) { sent.messages.push_back(message); });
-    ASSERT_EQ(sent.messages.size(), out.frames);
+    ASSERT_EQ(sent.messages.size(), out.frame_ends.size());
+    for (const Transmission::Part& part : out.parts) {  // its own frame, or the ROUND
+      const auto own =
+          std::find_if(sent.messages.begin(), sent.messages.end(),
+                       [&part](const auto& it) { return FrameOf(it) == FrameOf(part.message); });
+      const auto frame = own != sent.messages.end() ? own : std::prev(sent.messages.end());
+      EXPECT_TRUE(frame == own || frame->opcode == protocol::kRound);
+      EXPECT_EQ(part.end, out.frame_ends[static_cast<size_t>(frame - sent.messages.begin())]);
+    }
     if (out.bytes.empty()) {
       return;
     }
