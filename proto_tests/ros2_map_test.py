@@ -12,6 +12,7 @@ import pathlib
 import shutil
 import signal
 import socket
+import socketserver
 import subprocess
 import sys
 import tempfile
@@ -425,29 +426,31 @@ class PoseTest(unittest.TestCase):
             self.assertAlmostEqual(pose["heading_deg"], math.degrees(0.5), delta=0.1)
 
 
-class HeldServer(threading.Thread):
-    """Answers no question before it is released, but every order."""
+class HeldServer(socketserver.ThreadingMixIn, socketserver.UnixStreamServer):
+    """Answers no question before it is released, but every order: each connection has its thread."""
+
+    daemon_threads = True
+
+    class Handler(socketserver.StreamRequestHandler):
+        def handle(self):
+            request = self.rfile.readline().decode().split()[:2]
+            self.server.requests.append(request)
+            if request[0] == "GET":
+                self.server.release.wait()
+            with contextlib.suppress(OSError):  # it waited long enough
+                self.wfile.write(b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 2\r\n"
+                                 b"Connection: close\r\n\r\n{}")
 
     def __init__(self, path):
-        super().__init__(daemon=True)
-        self.listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self.listener.bind(str(path))
-        self.listener.listen()
         self.requests = []
         self.release = threading.Event()
-        self.start()
+        super().__init__(str(path), self.Handler)
+        threading.Thread(target=self.serve_forever, daemon=True).start()
 
-    def run(self):
-        while True:
-            connection, _ = self.listener.accept()
-            with connection, connection.makefile("rb") as stream:
-                request = stream.readline().decode().split()[:2]
-                self.requests.append(request)
-                if request[0] == "GET":
-                    self.release.wait()
-                with contextlib.suppress(OSError):  # it waited long enough
-                    connection.sendall(b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 2\r\n"
-                                       b"Connection: close\r\n\r\n{}")
+    def close(self):
+        self.release.set()
+        self.shutdown()
+        self.server_close()
 
 
 class ServerTest(unittest.TestCase):
@@ -475,11 +478,13 @@ class ServerTest(unittest.TestCase):
             return daemon
 
         def has(topic):
-            """By the node's graph: this Fast DDS does not notice that a writer of Cyclone DDS ended."""
+            """Its GUID, by the node's graph: this Fast DDS does not notice that a writer of Cyclone DDS
+            ended."""
             found = self.peer.endpoints.get(("writer", topic))
             graph = self.peer.last("ros_discovery_info")
             return found and graph and found[1] in (
-                bytes(gid["data"]).hex() for gid in graph["node_entities_info_seq"][0]["writer_gid_seq"])
+                bytes(gid["data"]).hex() for gid in graph["node_entities_info_seq"][0]["writer_gid_seq"]
+            ) and found[1]
 
         daemon = begin_server("no-go area")
         self.peer.read(MAP, GRID, latched=True)
@@ -490,11 +495,19 @@ class ServerTest(unittest.TestCase):
         daemon = begin_server("way home")
         wait_until(lambda: bridge.log() and has("rt/pheromone/way_home") and not has(NO_GO),
                    "maps are those of the new server")
+        # Another pheromone with the same part of a topic gets what the last one had.
+        before = has("rt/pheromone/way_home")
+        daemon.kill()
+        daemon = begin_server("way-home")
+        wait_until(lambda: bridge.log() and has("rt/pheromone/way_home") not in (False, None, before),
+                   "the topic is free for the next")
+        self.assertNotIn(("writer", "rt/pheromone/way_home_2"), self.peer.endpoints)
         daemon.call("POST", "/api/v1/deposit", {"pheromone": "path", "x_m": 2.0, "y_m": 0.5})
         wait_until(lambda: level(self.peer.last(MAP), 2.0, 0.5) > 0, "the others go on")
 
     def test_a_halt_that_waits_at_the_end_reaches_the_server(self):
         server = HeldServer(self.folder / "pheromoned.sock")
+        self.addCleanup(server.close)
         self.peer.make(HALT, "std_msgs/msg/Empty")
         bridge = self.begin_bridge("--allow", "halt")
         wait_until(lambda: server.requests, "the server is asked")

@@ -154,16 +154,16 @@ int Main(int argc, char** argv) {
                  "counter-clockwise from +x; 0 0 0 if the server has a [[frame]] for it")
       ->required()
       ->type_name("X Y DEGREES");
-  app.add_option("--id", client.id, "Robot ID, 1 to 254 (default: 1)")->check(CLI::Range(1, 254));
+  app.add_option("--id", client.id, "Robot ID, 1 to 254 (default: 1)")->check(WholeNumber(1, 254));
   app.add_option("--type", client.type, "Pheromone to follow, 1 to 15 (default: 1)")
-      ->check(CLI::Range(1, 15));
+      ->check(WholeNumber(1, 15));
   app.add_option("--speed", client.speed_mm_s, "K of the steering law, mm/s (default: 200)")
-      ->check(CLI::Range(20, 1000));
+      ->check(WholeNumber(20, 1000));
   app.add_option("--period", client.period_ms, "Time between requests, ms (default: 200)")
-      ->check(CLI::Range(20, 2000));
+      ->check(WholeNumber(20, 2000));
   app.add_option("--fail-safe", client.fail_safe_ms,
                  "Longest drive without an answer, ms (default: 400)")
-      ->check(CLI::Range(100, 2000));
+      ->check(WholeNumber(100, 2000));
   app.add_flag("--released", client.start_released,
                "Drive as soon as the server answers, instead of waiting for an operator's resume");
   app.add_flag("--sonar", client.sonar, "Use the front sonars: what is ahead limits the speed");

@@ -13,6 +13,7 @@
 
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/ros2/bridged_robot.h"
+#include "client_fw/ros2/due.h"
 #include "client_fw/ros2/node.h"
 #include "client_fw/ros2/robot_report.h"
 #include "client_fw/ros2/server_thread.h"
@@ -72,16 +73,14 @@ class Bridge {
     for (BridgedRobot& robot : robots_) {
       robot.Turn(now_ms_);
     }
-    if (now_ms_ >= report_ms_) {
-      report_ms_ = now_ms_ + kReportMs;
+    if (reports_due_.Claim(now_ms_)) {
       std::vector<RobotReport> reports;
       for (const BridgedRobot& robot : robots_) {
         reports.push_back(robot.MakeReport());
       }
       reports_.Set(std::move(reports));
     }
-    if (now_ms_ >= graph_ms_) {
-      graph_ms_ = now_ms_ + kGraphMs;
+    if (graph_due_.Claim(now_ms_)) {
       node_->Step();
       for (BridgedRobot& robot : robots_) {
         robot.Report(now_ms_);
@@ -121,8 +120,8 @@ class Bridge {
   std::vector<pollfd> waited_;
   int64_t start_ns_ = MonotonicNs();
   int64_t now_ms_ = 0;
-  int64_t graph_ms_ = 0;
-  int64_t report_ms_ = 0;
+  Due graph_due_{kGraphMs};
+  Due reports_due_{kReportMs};
 };
 
 }  // namespace

@@ -110,14 +110,14 @@ int Main(int argc, char** argv) {
                  "as other nodes show)")
       ->check(CLI::IsMember({"auto", "humble", "iron"}));
   app.add_option("--type", client.type, "Pheromone to follow, 1 to 15 (default: 1)")
-      ->check(CLI::Range(1, 15));
+      ->check(WholeNumber(1, 15));
   app.add_option("--speed", client.speed_mm_s, "K of the steering law, mm/s (default: 200)")
-      ->check(CLI::Range(20, 1000));
+      ->check(WholeNumber(20, 1000));
   app.add_option("--period", client.period_ms, "Time between requests, ms (default: 200)")
-      ->check(CLI::Range(20, 2000));
+      ->check(WholeNumber(20, 2000));
   app.add_option("--fail-safe", client.fail_safe_ms,
                  "Longest drive without an answer, ms (default: 400)")
-      ->check(CLI::Range(100, 2000));
+      ->check(WholeNumber(100, 2000));
   app.add_flag("--lay-trail", client.lay_trail, "Deposit the pheromone while driving");
   try {
     app.parse(argc, argv);

@@ -137,21 +137,24 @@ dds_entity_t Node::Make(bool writer, const std::string& topic,
 }
 
 void Node::Delete(dds_entity_t entity) {
-  const std::lock_guard lock(mutex_);
   dds_guid_t guid{};
   if (entity <= 0 || dds_get_guid(entity, &guid) < 0) {
     return;
   }
-  const auto is_it = [&](const dds_guid_t& it) {
-    return std::memcmp(it.v, guid.v, sizeof guid.v) == 0;
-  };
-  std::erase_if(readers_, is_it);
-  std::erase_if(writers_, is_it);
-  std::erase(entities_, entity);
+  {
+    const std::lock_guard lock(mutex_);
+    const auto is_it = [&](const dds_guid_t& it) {
+      return std::memcmp(it.v, guid.v, sizeof guid.v) == 0;
+    };
+    std::erase_if(readers_, is_it);
+    std::erase_if(writers_, is_it);
+    std::erase(entities_, entity);
+    changed_ = true;
+  }
+  // Without the lock: DDS waits for readers that have not acknowledged, and for listeners.
   const dds_entity_t topic = dds_get_topic(entity);
   dds_delete(entity);
   dds_delete(topic);
-  changed_ = true;
 }
 
 // Whoever publishes a graph of its own shows by a type hash that it is of Iron or later.
@@ -229,15 +232,12 @@ Status Node::status() const {
   return trouble_.empty() ? Ok() : Status(Error{trouble_});
 }
 
-size_t Node::gid_size() const {
-  const std::lock_guard lock(mutex_);
-  return distro_ == Distro::kAuto ? 0 : distro_ == Distro::kHumble ? 24 : 16;
-}
-
 void Node::Flush(int64_t ms) {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
+  const std::vector<dds_entity_t> writers = entities_;
+  lock.unlock();
   const dds_time_t end = dds_time() + DDS_MSECS(ms);
-  for (const dds_entity_t writer : entities_) {
+  for (const dds_entity_t writer : writers) {
     dds_wait_for_acks(writer, std::max<dds_duration_t>(0, end - dds_time()));
   }
 }

@@ -15,8 +15,9 @@
 // is not understood. Distro::kAuto waits until another node shows which it is: until then all
 // topics work, but the node is not listed.
 //
-// Nothing waits for a reader for more than a millisecond. All functions of Node and Publish may be
-// called by any thread; a subscription belongs to one. A node outlives what it made.
+// Nothing but Withdraw and Flush waits for a reader for more than a millisecond. All functions of
+// Node and Publish may be called by any thread; a subscription belongs to one. A node outlives what
+// it made.
 #pragma once
 
 #include <dds/dds.h>
@@ -116,6 +117,7 @@ class Node {
   }
 
   /// Ends what this node made; its copies are not to be used any more. Nothing if there is none.
+  /// Waits for readers that have not acknowledged, and holds up nobody else.
   template <class Endpoint>
   void Withdraw(const Endpoint& endpoint) {
     Delete(endpoint.entity());
@@ -126,8 +128,6 @@ class Node {
 
   /// Why the first endpoint that could not be made could not.
   Status status() const;
-  /// Of the graph's GIDs; 0: not known yet.
-  size_t gid_size() const;
   /// Waits until readers have what was published, for at most `ms`.
   void Flush(int64_t ms);
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <future>
 #include <string>
 #include <thread>
 
@@ -40,17 +42,6 @@ Discovery OwnDomain() {
   return discovery;
 }
 
-TEST(Node, DistroDecidesTheSizeOfGids) {
-  const auto node = std::move(Node::Create(OwnDomain(), Distro::kHumble)).value();
-  EXPECT_EQ(node->gid_size(), 24u);
-}
-
-TEST(Node, WithoutAnotherNodeTheSizeOfGidsIsNotKnown) {
-  const auto node = std::move(Node::Create(OwnDomain(), Distro::kAuto)).value();
-  node->Step();
-  EXPECT_EQ(node->gid_size(), 0u);
-}
-
 TEST(Node, LateSubscriptionGetsTheLastMessageOfALatchedTopic) {
   const auto node = std::move(Node::Create(OwnDomain(), Distro::kIron)).value();
   const auto out = node->Advertise<Bool>("/kept", Quality::kLatched);
@@ -69,6 +60,47 @@ TEST(Node, LateSubscriptionGetsTheLastMessageOfALatchedTopic) {
   }
   EXPECT_TRUE(last);
   EXPECT_EQ(count, 1);
+}
+
+TEST(Node, ATopicThatIsWithdrawnMayComeBackWithAnotherType) {
+  const auto node = std::move(Node::Create(OwnDomain(), Distro::kIron)).value();
+  node->Withdraw(node->Advertise<Bool>("/again", Quality::kLatched));
+  node->Withdraw(node->Subscribe<Bool>("/again", Quality::kMany));
+  EXPECT_TRUE(node->Advertise<Empty>("/again", Quality::kLatched).exists());
+  EXPECT_TRUE(node->status().ok()) << node->status().ErrorOr("");
+}
+
+// What a listener shares with the test that holds it.
+struct HeldListener {
+  std::promise<void> entered;
+  std::promise<void> release;
+};
+
+TEST(Node, WhatIsWithdrawnHoldsUpNobodyElse) {
+  const auto node = std::move(Node::Create(OwnDomain(), Distro::kIron)).value();
+  const auto out = node->Advertise<Bool>("/held", Quality::kOrders);
+  const auto in = node->Subscribe<Bool>("/held", Quality::kOrders);
+  HeldListener held;
+  dds_listener_t* const listener = dds_create_listener(&held);
+  dds_lset_data_available(listener, [](dds_entity_t /*reader*/, void* argument) {
+    static_cast<HeldListener*>(argument)->entered.set_value();
+    static_cast<HeldListener*>(argument)->release.get_future().wait();
+  });
+  ASSERT_EQ(dds_set_listener(in.entity(), listener), DDS_RETCODE_OK);
+  std::thread publishes([&] { out.Publish({true}); });
+  held.entered.get_future().wait();
+  // DDS ends a reader when its listener has returned.
+  std::thread withdraws([&] { node->Withdraw(in); });
+  while (dds_get_parent(in.entity()) > 0) {
+    std::this_thread::yield();
+  }
+  std::future<Status> other = std::async(std::launch::async, [&] { return node->status(); });
+  EXPECT_EQ(other.wait_for(std::chrono::seconds(10)), std::future_status::ready);
+  held.release.set_value();
+  publishes.join();
+  withdraws.join();
+  EXPECT_TRUE(other.get().ok());
+  dds_delete_listener(listener);
 }
 
 }  // namespace

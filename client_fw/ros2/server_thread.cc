@@ -10,7 +10,6 @@
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
-#include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
 
 #include "client_fw/boards/host/real_time.h"
@@ -28,8 +27,8 @@ namespace json = boost::json;
 
 constexpr std::chrono::seconds kPatience{5};
 constexpr int64_t kTurnMs = 200;
-constexpr int64_t kDiagnosticTurns = 5;  // once a second
-constexpr int64_t kLawTurns = 25;        // what the map has is asked again every five seconds
+constexpr int64_t kDiagnosticMs = 1000;
+constexpr int64_t kLawMs = 5000;  // what the map has is asked again
 constexpr size_t kMaxOrders = 100;
 constexpr char kHalt[] = "halt";
 constexpr uint32_t kMaxPathPoints = 1024;
@@ -45,6 +44,9 @@ ServerThread::ServerThread(Node* node, const BridgeOptions& options, const Robot
       options_(options),
       reports_(reports),
       start_ns_(MonotonicNs()),
+      turns_(kTurnMs),
+      laws_due_(kLawMs),
+      diagnostics_due_(kDiagnosticMs),
       scene_(options.map_frame) {
   diagnostics_ = node_->Advertise<DiagnosticArray>("/diagnostics", Quality::kOrders);
   if (!options_.socket.empty()) {
@@ -101,22 +103,19 @@ int64_t ServerThread::NowMs() const {
 }
 
 void ServerThread::Run() {
-  int64_t turn = 0;
-  int64_t due_ms = 0;
+  int64_t rest_ms = 0;
   for (;;) {
-    const int64_t now_ms = NowMs();
-    const bool ending = Wait(std::max<int64_t>(0, due_ms - now_ms));
+    const bool ending = Wait(std::max<int64_t>(0, std::max(turns_.next_ms(), rest_ms) - NowMs()));
     SendOrders();
     if (ending) {
       return;
     }
     const int64_t begin_ms = NowMs();
-    if (begin_ms < due_ms) {
+    if (begin_ms < rest_ms || !turns_.Claim(begin_ms)) {
       continue;
     }
-    Turn(turn++);
-    const int64_t end_ms = NowMs();
-    due_ms = begin_ms + std::max(kTurnMs, 4 * (end_ms - begin_ms));
+    Turn(begin_ms);
+    rest_ms = begin_ms + 4 * (NowMs() - begin_ms);
   }
 }
 
@@ -158,13 +157,12 @@ std::optional<ctl::Reply> ServerThread::Get(const std::string& target) {
 }
 
 std::optional<json::value> ServerThread::Parse(const std::string& text) {
-  boost::system::error_code malformed;
-  json::value value = json::parse(text, malformed);
-  if (malformed) {
-    trouble_ = "the server's answer is not JSON: " + malformed.message();
+  Result<json::value> value = ctl::ParseAnswer(text);
+  if (!value.ok()) {
+    trouble_ = value.error();
     return std::nullopt;
   }
-  return value;
+  return std::move(value).value();
 }
 
 std::optional<json::value> ServerThread::Ask(const std::string& target) {
@@ -189,12 +187,14 @@ void ServerThread::AddLayer(const std::string& pheromone) {
   }
 }
 
-void ServerThread::DropLayers(const std::set<std::string>& pheromones) {
+void ServerThread::DropLayers(const std::vector<std::string>& pheromones) {
   std::erase_if(layers_, [&](const auto& it) {
     const auto& [pheromone, layer] = it;
-    if (pheromone.empty() || pheromones.contains(pheromone)) {
+    if (pheromone.empty() ||
+        std::find(pheromones.begin(), pheromones.end(), pheromone) != pheromones.end()) {
       return false;
     }
+    names_.Forget(pheromone);
     node_->Withdraw(layer.publisher);
     node_->Withdraw(layer.deposit);
     node_->Withdraw(layer.paint);
@@ -208,14 +208,16 @@ void ServerThread::FindLayers() {
     return;
   }
   scene_.SetLaws(*laws);
-  std::set<std::string> pheromones;
+  std::vector<std::string> pheromones;
   for (const json::value& law : ctl::ItemsAt(*laws, "pheromones")) {
     if (ctl::At(law, "blend").is_null()) {  // a blend has no content
-      pheromones.insert(ctl::TextAt(law, "name"));
-      AddLayer(ctl::TextAt(law, "name"));
+      pheromones.push_back(ctl::TextAt(law, "name"));
     }
   }
-  DropLayers(pheromones);
+  DropLayers(pheromones);  // first: another one may get its topic
+  for (const std::string& pheromone : pheromones) {
+    AddLayer(pheromone);
+  }
   if (const std::optional<json::value> tags = Ask("/api/v1/tags")) {
     scene_.SetTags(*tags);
   }
@@ -351,13 +353,13 @@ void ServerThread::PublishDiagnostics(const json::value& clients) {
   diagnostics.Publish(diagnostics_);
 }
 
-void ServerThread::Turn(int64_t turn) {
+void ServerThread::Turn(int64_t now_ms) {
   const bool had_trouble = !trouble_.empty();
   trouble_.clear();
   is_unreachable_ = false;
   json::value clients;
   if (!options_.socket.empty()) {
-    const bool asks_for_laws = turn % kLawTurns == 0 || layers_.size() == 1 || had_trouble;
+    const bool asks_for_laws = laws_due_.Claim(now_ms) || layers_.size() == 1 || had_trouble;
     if (asks_for_laws) {
       FindLayers();
     }
@@ -382,7 +384,7 @@ void ServerThread::Turn(int64_t turn) {
       said_ = trouble_;
     }
   }
-  if (turn % kDiagnosticTurns == 0) {
+  if (diagnostics_due_.Claim(now_ms)) {
     PublishDiagnostics(clients);
   }
 }

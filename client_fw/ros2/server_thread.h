@@ -7,8 +7,8 @@
 //   server.Send("halt", "/api/v1/halt", "{}");
 //
 // Without a socket it publishes the diagnostics of robots only. A map is published when it has
-// changed, at most five times a second, obstacles once in five seconds, and a quarter of the time
-// is spent on asking at most. Orders wait for one request at most.
+// changed, at most five times a second, obstacles once in five seconds, diagnostics once a second,
+// and a quarter of the time is spent on asking at most. Orders wait for one request at most.
 #pragma once
 
 #include <condition_variable>
@@ -18,13 +18,13 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <boost/json/value.hpp>
 
+#include "client_fw/ros2/due.h"
 #include "client_fw/ros2/grid.h"
 #include "client_fw/ros2/node.h"
 #include "client_fw/ros2/options.h"
@@ -67,16 +67,15 @@ class ServerThread {
   void Run();
   bool Wait(int64_t ms);
   void SendOrders();
-  void Turn(int64_t turn);
-  /// Sends orders, then asks. Nothing if there is no such answer, with the reason noted.
-  /// Empty: there is none, which is noted. Orders that wait are sent before.
+  void Turn(int64_t now_ms);
+  /// Sends orders that wait, then asks. Nothing if there is no such answer, with the reason noted.
   std::optional<ctl::Reply> Get(const std::string& target);
   std::optional<boost::json::value> Parse(const std::string& text);
   std::optional<boost::json::value> Ask(const std::string& target);
   void FindLayers();
   void AddLayer(const std::string& pheromone);
   /// Ends those of pheromones that the server does not have any more.
-  void DropLayers(const std::set<std::string>& pheromones);
+  void DropLayers(const std::vector<std::string>& pheromones);
   void PublishLayer(const std::string& pheromone, Layer* layer);
   void ReceiveOrders(const std::string& pheromone, Layer* layer);
   bool IsOnMap(const Header& header, const std::string& what);
@@ -94,6 +93,9 @@ class ServerThread {
   bool ending_ = false;
 
   // The thread's own.
+  Due turns_;
+  Due laws_due_;
+  Due diagnostics_due_;
   ros::TopicNames names_ = ros::PheromoneNames();
   std::map<std::string, Layer> layers_;  // by pheromone; "": obstacles
   Scene scene_;

@@ -2,13 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <system_error>
 
 #include "client_fw/swarm/robots.h"
 #include "server/base/command_line.h"
 #include "server/base/file.h"
-#include "server/base/program.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -44,8 +42,7 @@ int RunCommands(const std::string& program, const std::string& description,
 }
 
 int Fail(const std::string& message, int status) {
-  fmt::print(stderr, "{}: {}\n", program_name, message);
-  return status;
+  return pheromone::Fail(program_name, message, status);
 }
 
 int WriteFiles(const std::filesystem::path& folder,
@@ -62,17 +59,6 @@ int WriteFiles(const std::filesystem::path& folder,
     }
   }
   return 0;
-}
-
-CLI::Validator Between(double least, double most) {
-  return {[=](std::string& text) {
-            double value = 0;
-            const bool good =
-                CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
-            return good ? std::string()
-                        : fmt::format("{} is not a number from {} to {}", text, least, most);
-          },
-          fmt::format("{} to {}", least, most)};
 }
 
 CLI::Validator TerminalDevice() {

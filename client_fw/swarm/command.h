@@ -2,8 +2,7 @@
 // pair of files, NAME_command.h and .cc or NAME/command.h and .cc, and adds itself to the command
 // line; main.cc has the list of them.
 //
-// Exit status of all: 0: success; kFailed: failure; kWrongInput: an error in the command line or a
-// file.
+// Exit status of all: 0: success; else that of server/base/program.h.
 #pragma once
 
 #include <filesystem>
@@ -16,11 +15,9 @@
 #include <CLI/CLI.hpp>
 
 #include "client_fw/core/steering/steering.h"
+#include "server/base/program.h"
 
 namespace pheromone::swarm {
-
-constexpr int kFailed = 1;
-constexpr int kWrongInput = 2;
 
 using AddCommand = void (*)(CLI::App* app, int* status);
 
@@ -35,9 +32,6 @@ int Fail(const std::string& message, int status);
 /// status: 0, or kFailed at the first file that cannot be written, which is reported.
 int WriteFiles(const std::filesystem::path& folder,
                const std::vector<std::pair<std::string, std::string>>& contents);
-
-/// Numbers from `least` to `most`; unlike CLI::Range, it rejects "nan".
-CLI::Validator Between(double least, double most);
 
 /// The path of a terminal device, not an address: links of kind "tcp" and "udp" have none.
 CLI::Validator TerminalDevice();

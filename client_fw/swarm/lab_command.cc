@@ -20,6 +20,7 @@
 #include "client_fw/swarm/progress_bar.h"
 #include "server/base/file.h"
 #include "server/base/format.h"
+#include "server/base/number_check.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -135,7 +136,7 @@ void AddLabCommand(CLI::App* app, int* status) {
   run->add_option("--seed", options->seed, "Replace the seed of the file")->type_name("N");
   run->add_option("--threads", options->threads,
                   "That share the work; the results are the same (default: 1)")
-      ->check(CLI::Range(1, 256))
+      ->check(WholeNumber(1, 256))
       ->type_name("N");
   run->add_option("--summary", options->summary,
                   "Append a row with all parameters, the seed, the commit, what was measured and "

@@ -21,6 +21,7 @@
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"
 #include "client_fw/swarm/recorder.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 #include "server/config/config.h"
 
@@ -190,18 +191,18 @@ void AddLiveCommand(CLI::App* app, int* status) {
       ->type_name("FILE");
   live_command
       ->add_option("--seconds", options->seconds, "Stop after this time (default: on Ctrl-C)")
-      ->check(Between(0.1, 1e7))
+      ->check(Number(0.1, 1e7))
       ->type_name("S");
   live_command->add_option("--out", options->out, "Folder for track.csv and track.svg (default: .)")
       ->type_name("FOLDER");
   live_command->add_option("--speed", options->speed_mm_s, "K, mm/s (default: 300)")
-      ->check(CLI::Range(20, 2000))
+      ->check(WholeNumber(20, 2000))
       ->type_name("MM_PER_S");
   live_command->add_option("--law", options->law, "differential, paper, careful (default: careful)")
       ->transform(OneOf(LawsByName()))
       ->type_name("NAME");
   live_command->add_option("--id", options->id, "Robot ID (default: 1)")
-      ->check(CLI::Range(1, 254))
+      ->check(WholeNumber(1, 254))
       ->type_name("ID");
   live_command->add_flag("--medium-access", options->medium_access,
                          "The server's link has medium_access = true, so the robot takes turns");

@@ -14,6 +14,7 @@
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"
 #include "client_fw/swarm/robots.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
@@ -147,32 +148,32 @@ void AddPathCommand(CLI::App* app, int* status) {
       ->transform(OneOf(LawsByName()))
       ->type_name("NAME");
   path_command->add_option("--seeds", options->seeds, "Runs of each combination (default: 20)")
-      ->check(CLI::Range(1, 10'000))
+      ->check(WholeNumber(1, 10'000))
       ->type_name("N");
   path_command->add_option("--seconds", options->duration_s, "Length of a run (default: 10)")
-      ->check(Between(1.0, 3600.0))
+      ->check(Number(1.0, 3600.0))
       ->type_name("S");
   path_command->add_option("--speed", experiment.speed_mm_s, "K, mm/s (default: 300)")
-      ->check(CLI::Range(20, 2000))
+      ->check(WholeNumber(20, 2000))
       ->type_name("MM_PER_S");
   path_command
       ->add_option("--period-ms", experiment.period_ms, "Time between requests, ms (default: 200)")
-      ->check(CLI::Range(50, 5000))
+      ->check(WholeNumber(50, 5000))
       ->type_name("MS");
   path_command->add_option("--cell", experiment.cell_m, "Side of a cell, a, m (default: 0.1)")
-      ->check(Between(0.01, 1.0))
+      ->check(Number(0.01, 1.0))
       ->type_name("METRES");
   path_command->add_option("--core", experiment.core_m, "Core radius, c, m (default: 0.1)")
-      ->check(Between(0.0, 2.0))
+      ->check(Number(0.0, 2.0))
       ->type_name("METRES");
   path_command
       ->add_option("--sigma", experiment.sigma_m, "Width of the slope, sigma, m (default: 0.4)")
-      ->check(Between(0.01, 5.0))
+      ->check(Number(0.01, 5.0))
       ->type_name("METRES");
   path_command
       ->add_option("--bias", experiment.antenna_distance_m,
                    "Distance of the antennas, b, m (default: 0.33)")
-      ->check(Between(0.01, 2.0))
+      ->check(Number(0.01, 2.0))
       ->type_name("METRES");
   path_command
       ->add_option("--drive", options->drive,
@@ -185,7 +186,7 @@ void AddPathCommand(CLI::App* app, int* status) {
       ->check(CLI::IsMember({"core", "avr"}))
       ->type_name("NAME");
   path_command->add_option("--loss", experiment.frame_loss, "Fraction of frames lost (default: 0)")
-      ->check(Between(0.0, 1.0))
+      ->check(Number(0.0, 1.0))
       ->type_name("FRACTION");
   path_command->add_option("--out", options->out, "Folder for path.csv, path-runs.csv and pictures")
       ->type_name("FOLDER");

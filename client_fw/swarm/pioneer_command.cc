@@ -24,6 +24,7 @@
 #include "client_fw/sim/pioneer/pioneer_server.h"
 #include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 #include "server/config/config.h"
 #include "server/core/field/obstacles.h"
@@ -326,7 +327,7 @@ void AddPioneerCommand(CLI::App* app, int* status) {
       command
           ->add_option("--wall", options->walls_m,
                        "A wall, 5 cm thick, between two points, m; more of them: again")
-          ->check(Between(-kFarthestWallM, kFarthestWallM))
+          ->check(Number(-kFarthestWallM, kFarthestWallM))
           ->type_name("X0 Y0 X1 Y1");
   command
       ->add_option("--config", options->surroundings,
@@ -337,22 +338,22 @@ void AddPioneerCommand(CLI::App* app, int* status) {
       ->add_option("--start", options->start,
                    "True pose at the start on that map: m, m, degrees (default: 0 0 0)")
       ->expected(3)
-      ->check(Between(-1e6, 1e6))
+      ->check(Number(-1e6, 1e6))
       ->type_name("X Y HEADING");
   command->add_option("--battery", options->config.battery_v, "Battery, V (default: 12.8)")
-      ->check(Between(0, kMaxBatteryV))
+      ->check(Number(0, kMaxBatteryV))
       ->type_name("VOLTS");
   command
       ->add_option("--bumpers", options->config.bumpers,
                    "Segments of the bumpers in front and behind (default: 5; 0: no bumpers)")
-      ->check(CLI::Range(0, 7))
+      ->check(WholeNumber(0, 7))
       ->type_name("N");
   command
       ->add_option(
           "--poses", options->poses_s,
           "Print the true pose at this interval, s (default: on a terminal, in a line that "
           "is renewed)")
-      ->check(Between(0.01, 1e6))
+      ->check(Number(0.01, 1e6))
       ->type_name("S");
   command
       ->add_option("--name", options->config.name, "Name reported to clients (default: Simulated)")
@@ -360,27 +361,27 @@ void AddPioneerCommand(CLI::App* app, int* status) {
   command
       ->add_option("--drift", options->drift_percent,
                    "Maximum scale error of odometry, percent (default: 0)")
-      ->check(Between(0, 50))
+      ->check(Number(0, 50))
       ->type_name("PERCENT");
   command
       ->add_option("--heading-drift", options->heading_drift_deg_m,
                    "Maximum heading drift of odometry, degrees per metre (default: 0)")
-      ->check(Between(0, 45))
+      ->check(Number(0, 45))
       ->type_name("DEGREES");
   command->add_option("--slip", options->slip_percent, "Maximum wheel slip, percent (default: 0)")
-      ->check(Between(0, 100))
+      ->check(Number(0, 100))
       ->type_name("PERCENT");
   command
       ->add_option("--wheelbase", options->wheelbase_mm,
                    "True distance between the wheels, mm (default: as configured in the firmware)")
-      ->check(Between(50, 2000))
+      ->check(Number(50, 2000))
       ->type_name("MM");
   command->add_option("--seed", options->seed, "Random seed of drift and slip (default: 1)")
       ->type_name("N");
   command
       ->add_option("--sonars", options->config.sonars,
                    "Sonar readings in a SIP, of which more sonars take turns (default: 16)")
-      ->check(CLI::Range(0, static_cast<int>(sim::kMaxSonarReadings)))
+      ->check(WholeNumber(0, static_cast<int>(sim::kMaxSonarReadings)))
       ->type_name("N");
   command->add_option("--wrap", options->config.position_bits, "X and Y wrap at 15 or 16 bits")
       ->check(CLI::IsMember({15, 16}));

@@ -22,6 +22,7 @@
 #include "client_fw/swarm/scenario/report.h"
 #include "client_fw/swarm/scenario/run.h"
 #include "client_fw/swarm/scenario/scenario.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
@@ -237,7 +238,7 @@ void AddRunCommand(CLI::App* app, int* status) {
       "--robots", options->wish.robots,
       "Instead of a scenario: so many robots on the paths of your running server, which is "
       "asked for its map, its pheromones and its virtual modems");
-  robots->check(CLI::Range(1, 254))->type_name("N");
+  robots->check(WholeNumber(1, 254))->type_name("N");
   command
       ->add_option("--socket", options->wish.socket,
                    "The server's control socket (default: as pheromonectl finds it)")
@@ -252,13 +253,13 @@ void AddRunCommand(CLI::App* app, int* status) {
           "With --robots: seconds between two requests of a robot (default: 0.2, or the least "
           "that the server's links hold)")
       ->needs(robots)
-      ->check(Between(0.02, kMaxPeriodMs / 1000.0))
+      ->check(Number(0.02, kMaxPeriodMs / 1000.0))
       ->type_name("S");
   command
       ->add_option("--seconds", options->wish.seconds,
                    "With --robots: stop after this time (default: on Ctrl-C)")
       ->needs(robots)
-      ->check(Between(0.1, 1e5))
+      ->check(Number(0.1, 1e5))
       ->type_name("S");
   command->add_option("--seed", options->seed, "Override the seed of the file")->type_name("N");
   CLI::Option* daemon =

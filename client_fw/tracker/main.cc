@@ -367,7 +367,7 @@ int Main(int argc, char** argv) {
   AddSimulation(run, &options);
   run->get_option("--simulate")->excludes(files);
   run->add_option("--count", options.count, "End after so many pictures")
-      ->check(CLI::Range(1, 1'000'000'000));
+      ->check(WholeNumber(1, 1'000'000'000));
   run->add_option("--seconds", options.seconds, "End after this time")->check(Number(0.1, 1e7));
   run->add_option("--status", options.status_s, "Print a line every so many seconds (default: 10)")
       ->check(Number(0.1, 1e7));

@@ -49,6 +49,7 @@
 #include "proto_tests/exchange_bench/server_process.h"
 #include "proto_tests/exchange_bench/stream_viewers.h"
 #include "proto_tests/exchange_bench/viewer.h"
+#include "server/base/number_check.h"
 #include "server/base/testing/temporary_folder.h"
 
 namespace pheromone::bench {
@@ -185,14 +186,14 @@ int Main(int argc, char** argv) {
   app.add_option("--disk", options.disk, "A folder on a disk: with a journal there too")
       ->check(CLI::ExistingDirectory);
   app.add_option("--csv", options.csv, "A file for the numbers");
-  app.add_option("--clients", options.clients, "UDP clients")->check(CLI::Range(1, kManyClients));
+  app.add_option("--clients", options.clients, "UDP clients")->check(WholeNumber(1, kManyClients));
   app.add_option("--rounds", options.effort.rounds, "Of echo, then exchanges")
-      ->check(CLI::Range(1, 1000));
+      ->check(WholeNumber(1, 1000));
   app.add_option("--seconds", options.effort.seconds, "Of each half of a round");
   app.add_option("--pty-rounds", options.effort.pty_rounds, "Of ptys with and without viewers");
   app.add_option("--bytes-at-once", options.effort.bytes_at_once,
                  "That reach a pty together: 8 are typical of a UART's FIFO; default: 1")
-      ->check(CLI::Range(1, 64));
+      ->check(WholeNumber(1, 64));
   app.add_option("--pty-seconds", options.effort.pty_seconds, "Of each case with ptys");
   app.add_option("--roaming-seconds", options.effort.roaming_seconds, "Of robots that roam");
   app.add_option("--syncs", options.effort.syncs, "Of the bare disk");
@@ -207,9 +208,9 @@ int Main(int argc, char** argv) {
                  "Of robots alone, and of robots beside each of an operator's requests");
   int patience_s = 60;
   app.add_option("--patience", patience_s, "Seconds, for an operator's request")
-      ->check(CLI::Range(1, 3600));
+      ->check(WholeNumber(1, 3600));
   app.add_option("--field-mib", options.operators.field_mib, "The limit of a field that is full")
-      ->check(CLI::Range(16, 65536));
+      ->check(WholeNumber(16, 65536));
   CLI11_PARSE(app, argc, argv);
   signal(SIGPIPE, SIG_IGN);
 

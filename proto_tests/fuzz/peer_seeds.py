@@ -19,13 +19,13 @@ def frame(kind, *fields):
     return struct.pack("<I", len(body)) + body
 
 
-def greeting(peers=2, events=3, rest=None):
+def greeting(peers=3, events=3, rest=None):
     known = text(b"lab") + text(b"a") + text(b"1f") + struct.pack("<QQ", 7, 9)
     return frame(0, bytes([peers, events]), text(b"0.1.0"), known if rest is None else rest)
 
 
-def message(link, robot, opcode, data, asker):
-    return struct.pack("<HBBB", link, robot, opcode, len(data)) + data + struct.pack("<Q", asker)
+def message(link, robot, opcode, data):
+    return struct.pack("<HBBB", link, robot, opcode, len(data)) + data
 
 
 def changes():
@@ -46,25 +46,22 @@ def changes():
 def messages():
     """(name, frame), good ones, of each type."""
     yield "greeting", greeting()
-    yield "beat", frame(1, struct.pack("<Q??Q", 3, True, True, 1201), text(b"b"), b"\2",
+    yield "beat", frame(1, struct.pack("<Q??Q", 3, True, True, 1201), text(b"b"),
                         struct.pack("<QQ", 1180, 1 << 60))
-    yield "request", frame(2, message(0, 5, 0x31, bytes(7), 1))
-    yield "answer", frame(3, message(0, 5, 0xFE, bytes([0x31, 7, 1]), 1))
+    yield "request", frame(2, message(0, 5, 0x31, bytes(7)))
+    yield "answer", frame(3, message(0, 5, 0xFE, bytes([0x31, 7, 1])))
     yield "observed", frame(4, b"\0", struct.pack("<HBqqHI", 0, 5, 1, 2, 3, 1000))
     yield "arrived", frame(4, b"\1", struct.pack("<HB?qq", 0, 5, True, 1, 2))
     for name, index, fields in changes():
         yield name, frame(5, struct.pack("<QB", 6, index), fields)
     yield "result", frame(6, struct.pack("<Q?", 6, True), text(b""),
-                          struct.pack("<QqQQ", 1202, 9, 8, 7),
+                          struct.pack("<qQQ", 9, 8, 7),
                           struct.pack("<Qq?BBB", 7, -1, False, 1, 0, 2),
                           texts(b"changed links require a restart"))
-    yield "halt", frame(7, struct.pack("<Q?BB", 1, False, 255, 3))
-    yield "halt_one", frame(7, struct.pack("<Q?HBB", 1, True, 2, 5, 1))
-    yield "halt_done", frame(8, struct.pack("<Q", 1), texts(b"radio-a"), texts(b"radio-b: down"))
-    yield "poses", frame(9, struct.pack("<I", 2), struct.pack("<HBiiHI", 0, 5, -1, 2, 3, 40) * 2)
-    yield "asks", frame(10, struct.pack("<QQ", 1, 65536))
-    yield "portion", frame(11, struct.pack("<QQQ?", 1, 1202, 65536, True), text(bytes(99)),
-                           text(b""))
+    yield "halt", frame(7)
+    yield "poses", frame(8, struct.pack("<I", 2), struct.pack("<HBiiHI", 0, 5, -1, 2, 3, 40) * 2)
+    yield "asks", frame(9, struct.pack("<QQ", 1, 65536))
+    yield "portion", frame(10, struct.pack("<QQ?", 1, 65536, True), text(bytes(99)), text(b""))
 
 
 def seeds():
@@ -74,12 +71,11 @@ def seeds():
         yield name, b"\xFF" + it
     yield "session", b"\x1F" + b"".join(good.values())
     yield "bytewise", b"\0" + b"".join(good.values())
-    yield "later_version", b"\xFF" + greeting(peers=3, rest=b"what is not known yet")
+    yield "later_version", b"\xFF" + greeting(peers=4, rest=b"what is not known yet")
     yield "later_events", b"\xFF" + greeting(events=4)
     yield "bad_empty", b"\xFF" + struct.pack("<I", 0)
     yield "bad_long", b"\xFF" + struct.pack("<I", 1 << 17 | 1) + bytes(64)
-    yield "bad_type", b"\xFF" + frame(12)
+    yield "bad_type", b"\xFF" + frame(11)
     yield "bad_cut", b"\xFF" + frame(1, bytes(17))
-    yield "bad_longer", b"\xFF" + frame(10, bytes(17))
-    yield "bad_halt", b"\xFF" + frame(7, struct.pack("<Q?BB", 1, False, 255, 17))
-    yield "bad_list", b"\xFF" + frame(9, struct.pack("<I", 0xFFFFFFFF))
+    yield "bad_longer", b"\xFF" + frame(9, bytes(17))
+    yield "bad_list", b"\xFF" + frame(8, struct.pack("<I", 0xFFFFFFFF))

@@ -4,6 +4,7 @@
 
 #include <random>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -28,18 +29,22 @@ std::set<Support> Semiflows(const Net& net, SemiflowsOf kind, const std::string&
   EXPECT_TRUE(WriteFile(folder / "net.sign", project.sign).ok());
   EXPECT_TRUE(WriteFile(folder / "net.rel", project.rel).ok());
   OutputOf(program + " -q net", folder);
-  const auto rows = ParseFourTiTwo(file, ReadFile(folder / file).value());
-  EXPECT_TRUE(rows.ok()) << rows.error();
+  std::istringstream rows(ReadFile(folder / file).value());
+  size_t row_count = 0;
+  size_t columns = 0;
+  rows >> row_count >> columns;
   std::set<Support> semiflows;
-  for (const std::vector<int64_t>& row : rows.value()) {
+  for (size_t row = 0; row < row_count; ++row) {
     Support support;
-    for (size_t i = 0; i < row.size(); ++i) {
-      for (int64_t left = row[i]; left > 0; --left) {
+    for (size_t i = 0; i < columns; ++i) {
+      int64_t left = 0;
+      for (rows >> left; left > 0; --left) {
         support.insert(kind == SemiflowsOf::kPlaces ? net.places[i].id : net.transitions[i].id);
       }
     }
     EXPECT_TRUE(semiflows.insert(support).second);
   }
+  EXPECT_TRUE(rows.good());
   return semiflows;
 }
 

@@ -48,13 +48,18 @@ def measure(bin_dir, tests_dir, changes, seconds):
             wait_until(lambda: bridge.log() and peer.last(MAP), "the map comes")
             info = peer.last(MAP)["info"]
             check((info["width"], info["height"]) == (512, 512), info)
+            places = random.Random(1)
             begin_s, begin_cpu_s, before = time.monotonic(), bridge.cpu_s(), peer.count(MAP)
             while (passed_s := time.monotonic() - begin_s) < seconds:
                 if changes:
-                    daemon.call("POST", "/api/v1/deposit", {
-                        "pheromone": "paint", "x_m": random.uniform(1, 50), "y_m": random.uniform(30, 50)})
+                    status, text = daemon.call("POST", "/api/v1/deposit", {
+                        "pheromone": "paint", "x_m": places.uniform(1, 50), "y_m": places.uniform(30, 50)})
+                    check(status == 200, text)
                 time.sleep(0.05)
-            return (peer.count(MAP) - before) / passed_s, (bridge.cpu_s() - begin_cpu_s) / passed_s
+            maps, core_s = peer.count(MAP) - before, bridge.cpu_s() - begin_cpu_s
+            check(bridge.log(), "pheromone-ros2 has said nothing")
+            check((maps > 0) == changes, f"found {maps} maps of one that changes: {changes}")
+            return maps / passed_s, core_s / passed_s
         finally:
             if bridge is not None:
                 bridge.process.kill()

@@ -13,7 +13,7 @@
 
 namespace pheromone {
 
-/// Help that names a value once: "--id 1 to 254" in place of CLI11's "--id INT:INT in [1 - 254]".
+/// Help that names a value once: "--id 1 to 254" in place of CLI11's "--id INT:1 to 254".
 class HelpFormatter final : public CLI::Formatter {
  public:
   std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
@@ -22,12 +22,10 @@ class HelpFormatter final : public CLI::Formatter {
   }
 
   std::string make_option_opts(const CLI::Option* option) const override {
-    static const std::regex range(R"(\w+ in \[(\S+) - (\S+)\])");
     static const std::regex choice(R"((\w+:)?\{([^}]*)\})");
     static const std::regex twice(R"((\w+):\1\b)");
     static const std::regex kind(R"(\b(INT|UINT|FLOAT|TEXT):)");
     std::string text = CLI::Formatter::make_option_opts(option);
-    text = std::regex_replace(text, range, "$1 to $2");
     text = std::regex_replace(text, choice, "$2");
     text = std::regex_replace(text, twice, "$1");
     return std::regex_replace(text, kind, "");

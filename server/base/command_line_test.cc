@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "server/base/number_check.h"
+
 namespace pheromone {
 namespace {
 
@@ -10,9 +12,9 @@ struct Program {
     Standardise(&app);
     app.require_subcommand(1);
     CLI::App* drive = app.add_subcommand("drive", "Drive");
-    drive->add_option("--id", id, "Robot ID")->check(CLI::Range(1, 254));
+    drive->add_option("--id", id, "Robot ID")->check(WholeNumber(1, 254));
     drive->add_option("--speed", speed, "mm/s")->check(CLI::Validator("0 to 1000"));
-    drive->add_option("--slip", slip, "Slip")->check(CLI::Range(0, 50))->type_name("PERCENT");
+    drive->add_option("--slip", slip, "Slip")->check(WholeNumber(0, 50))->type_name("PERCENT");
     drive->add_option("--law", law, "Steering law")->check(CLI::IsMember({"paper", "careful"}));
     drive->add_option("--out", out, "Folder")->check(CLI::ExistingDirectory)->type_name("DIR");
     drive->add_option("--modem", modem, "The way to the server")->required();

@@ -138,7 +138,6 @@ void Cluster::Continue() {
   NoteHashes();
   if (actions.heartbeat) {
     Heartbeat& it = *actions.heartbeat;
-    it.role = static_cast<uint8_t>(replica_.role());
     if (const auto* const newest = hashes_.Newest(it.next - 1); newest != nullptr) {
       it.hashed = newest->first;
       it.hash = newest->second;
@@ -396,7 +395,7 @@ void Cluster::OnMessage(const std::string& from, const PeerMessage& message) {
         } else if constexpr (std::is_same_v<Message, OperatorResult>) {
           Finish(it);
         } else if constexpr (std::is_same_v<Message, HaltAll>) {
-          parts_.send(from, parts_.halt(it));
+          parts_.halt();
         } else if constexpr (std::is_same_v<Message, StateRequest>) {
           if (replica_.gap() != LogGap::kNone) {
             parts_.send(from, StatePortion{.number = it.number,
@@ -419,7 +418,7 @@ void Cluster::Accept(const std::string& from, const ForwardedRequest& request) {
   parts_.service->Handle(request.link, {&request.message, 1}, &out, {&asker, 1});
   for (const Outgoing& it : out) {
     if (it.asker.is_forwarded && it.message.opcode != protocol::kCommand) {
-      parts_.send(from, DirectAnswer{it.link, it.message, request.asker});
+      parts_.send(from, DirectAnswer{it.link, it.message});
     }
   }
   parts_.deliver(out);
@@ -487,7 +486,7 @@ void Cluster::Finish(const OperatorResult& result) {
 bool Cluster::Forward(const Event& event) {
   PeerMessage message;
   if (const auto* request = std::get_if<engine::RequestReceived>(&event)) {
-    message = ForwardedRequest{request->link, request->message, 0};
+    message = ForwardedRequest{request->link, request->message};
   } else if (const auto* pose = std::get_if<engine::PoseObserved>(&event)) {
     message = ForwardedEvent{*pose};
   } else if (const auto* ended = std::get_if<engine::GoalEnded>(&event)) {

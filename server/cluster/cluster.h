@@ -80,8 +80,8 @@ class Cluster {
     std::function<void(const std::string& why)> restart;
     /// An operator's change that a peer has forwarded, and its result.
     std::function<void(const OperatorChange&, std::function<void(OperatorResult)>)> change;
-    /// Halts robots here.
-    std::function<HaltDone(const HaltAll&)> halt;
+    /// Halts the robots that are connected here.
+    std::function<void()> halt;
 
     /// The ID of the log is known, before anything of it is applied: to be made durable beside the
     /// journal. Errors end the process.

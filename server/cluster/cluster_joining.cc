@@ -89,7 +89,6 @@ void Cluster::Compare(const std::string& from, const Heartbeat& beat) {
     parts_.send(from, Heartbeat{.term = replica_.leader().term,
                                 .is_healthy = false,
                                 .next = replica_.committed() + 1,
-                                .role = static_cast<uint8_t>(replica_.role()),
                                 .hashed = *sequence,
                                 .hash = *hashes_.Own(*sequence)});
   }

@@ -38,7 +38,7 @@ class ClusterTest : public ::testing::Test {
             .on_lead = [](bool) {},
             .restart = [this](const std::string& why) { restarts_.push_back(why); },
             .change = [](const OperatorChange&, const std::function<void(OperatorResult)>&) {},
-            .halt = [](const HaltAll&) { return HaltDone{}; },
+            .halt = [] {},
             .on_id = [](const std::string&) { return Ok(); },
             .freeze = nullptr,  // no state is given or taken here
             .aside = nullptr,

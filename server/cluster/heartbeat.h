@@ -17,7 +17,6 @@ struct Heartbeat {
   Sequence next = 1;        ///< one after the last committed event that it knows
   std::string successor{};  ///< who shall lead after it; empty: anybody
 
-  uint8_t role = 0;     ///< election.h; for status only
   uint64_t hashed = 0;  ///< a recent event; 0: there was none yet
   uint64_t hash = 0;    ///< of the sender's state after it
   bool operator==(const Heartbeat&) const = default;
@@ -29,7 +28,6 @@ struct Heartbeat {
     visit("is_healthy", it.is_healthy);
     visit("next", it.next);
     visit("successor", it.successor);
-    visit("role", it.role);
     visit("hashed", it.hashed);
     visit("hash", it.hash);
   }

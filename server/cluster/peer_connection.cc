@@ -49,8 +49,7 @@ Lane LaneOf(const PeerMessage& message) {
   if (std::holds_alternative<Heartbeat>(message)) {
     return Lane::kHeartbeat;
   }
-  if (std::holds_alternative<HaltAll>(message) || std::holds_alternative<HaltDone>(message) ||
-      std::holds_alternative<Greeting>(message)) {
+  if (std::holds_alternative<HaltAll>(message) || std::holds_alternative<Greeting>(message)) {
     return Lane::kUrgent;
   }
   return std::holds_alternative<StatePortion>(message) ? Lane::kPortions : Lane::kNormal;

@@ -6,7 +6,7 @@
 // sequence of frames:
 //
 //   u32 length     of what follows, 1 to kMaxPeerBytes
-//   u8 type        the position in PeerMessage, from 0; never reused for another message
+//   u8 type        the position in PeerMessage, from 0
 //   the fields     in the order in which the message describes them (server/base/fields.h)
 //
 // Numbers are little-endian; texts and lists begin with their length, u32. Each message has exactly
@@ -48,7 +48,7 @@
 namespace pheromone::cluster {
 
 /// Of what this file describes, except the versions themselves.
-constexpr uint8_t kPeerVersion = 2;
+constexpr uint8_t kPeerVersion = 3;
 /// Of a frame, without its length. Longer messages are split by who makes them: PosesHeard,
 /// StatePortion.
 constexpr size_t kMaxPeerBytes = size_t{128} << 10;
@@ -95,13 +95,11 @@ struct Greeting {
 struct ForwardedRequest {
   engine::LinkIndex link = 0;
   protocol::Message message;
-  uint64_t asker = 0;  ///< the sender's; comes back in a DirectAnswer
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
     visit("link", it.link);
     visit("message", it.message);
-    visit("asker", it.asker);
   }
 };
 
@@ -110,13 +108,11 @@ struct ForwardedRequest {
 struct DirectAnswer {
   engine::LinkIndex link = 0;
   protocol::Message message;
-  uint64_t asker = 0;
 
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
     visit("link", it.link);
     visit("message", it.message);
-    visit("asker", it.asker);
   }
 };
 
@@ -194,13 +190,11 @@ struct OperatorChange {
   }
 };
 
-/// What became of it, once it was applied by the leader: it is durable when `sequence` is
-/// committed. Numbers that a kind of change has not are 0.
+/// What became of it at the leader. Numbers that a kind of change has not are 0.
 struct OperatorResult {
   uint64_t number = 0;
   bool ok = false;
   std::string text{};                ///< why not; of what was reversed, the pheromone's name
-  uint64_t sequence = 0;             ///< of the last event that it took
   int64_t nodes = 0;                 ///< Service::Applied
   uint64_t changed = 0;              ///< likewise
   uint64_t edit = 0;                 ///< likewise
@@ -212,7 +206,6 @@ struct OperatorResult {
     visit("number", it.number);
     visit("ok", it.ok);
     visit("text", it.text);
-    visit("sequence", it.sequence);
     visit("nodes", it.nodes);
     visit("changed", it.changed);
     visit("edit", it.edit);
@@ -221,36 +214,11 @@ struct OperatorResult {
   }
 };
 
-/// Halts robots at once, without the log, on the links that the receiver has.
+/// Halts all robots that are connected to the receiver, at once, without the log. Without an
+/// answer.
 struct HaltAll {
-  uint64_t number = 0;                      ///< the sender's; comes back in the HaltDone
-  std::optional<engine::LinkIndex> link{};  ///< none: all
-  uint8_t id = protocol::kBroadcastId;
-  uint8_t repetitions = 1;
-  bool operator==(const HaltAll&) const = default;
-
   template <typename Self, typename Visit>
-  static void Fields(Self& it, Visit&& visit) {
-    visit("number", it.number);
-    visit("link", it.link);
-    visit("id", it.id, AtLeast(1));
-    visit("repetitions", it.repetitions, Within(1, 16));
-  }
-};
-
-/// It was passed to these links.
-struct HaltDone {
-  uint64_t number = 0;
-  std::vector<std::string> links{};
-  std::vector<std::string> failures{};  ///< why not to others
-  bool operator==(const HaltDone&) const = default;
-
-  template <typename Self, typename Visit>
-  static void Fields(Self& it, Visit&& visit) {
-    visit("number", it.number);
-    visit("links", it.links);
-    visit("failures", it.failures);
-  }
+  static void Fields(Self& /*it*/, Visit&& /*visit*/) {}
 };
 
 /// A pose in a query that the sender has answered by itself.
@@ -297,7 +265,6 @@ struct StateRequest {
 
 struct StatePortion {
   uint64_t number = 0;
-  uint64_t sequence = 0;  ///< of the last event in the state
   uint64_t offset = 0;
   bool is_last = false;
   std::string bytes{};  ///< at most kMaxPortionBytes
@@ -307,7 +274,6 @@ struct StatePortion {
   template <typename Self, typename Visit>
   static void Fields(Self& it, Visit&& visit) {
     visit("number", it.number);
-    visit("sequence", it.sequence);
     visit("offset", it.offset);
     visit("is_last", it.is_last);
     visit("bytes", it.bytes);
@@ -316,9 +282,9 @@ struct StatePortion {
 };
 
 /// The order is that of the types' numbers.
-using PeerMessage = std::variant<Greeting, Heartbeat, ForwardedRequest, DirectAnswer,
-                                 ForwardedEvent, OperatorChange, OperatorResult, HaltAll, HaltDone,
-                                 PosesHeard, StateRequest, StatePortion>;
+using PeerMessage =
+    std::variant<Greeting, Heartbeat, ForwardedRequest, DirectAnswer, ForwardedEvent,
+                 OperatorChange, OperatorResult, HaltAll, PosesHeard, StateRequest, StatePortion>;
 
 /// A whole frame. Errors: it would be longer than kMaxPeerBytes.
 Result<std::string> EncodePeerMessage(const PeerMessage& message);

@@ -95,7 +95,7 @@ void StateSender::Serve(uint64_t committed) {
     return;
   }
   Copy& copy = *copy_;
-  StatePortion portion{.number = request_.number, .sequence = copy.sequence, .offset = offset_};
+  StatePortion portion{.number = request_.number, .offset = offset_};
   if (!copy.error.empty()) {
     portion.error = copy.error;
     parts_.send(std::exchange(to_, ""), std::move(portion));

@@ -167,10 +167,7 @@ Status ClusterMember::Start(Uses uses) {
               },
           .restart = [this](const std::string& why) { uses_.restart(why); },
           .change = uses_.change,
-          .halt =
-              [this](const cluster::HaltAll& halt) {
-                return cluster::HaltDone{halt.number, uses_.halt(), {}};
-              },
+          .halt = uses_.halt,
           .on_id = [this](const std::string& id) { return NoteId(id); },
           .freeze = uses_.freeze,
           .aside =

@@ -81,7 +81,7 @@ class ClusterMember {
     std::function<void(const cluster::OperatorChange&,
                        std::function<void(cluster::OperatorResult)>)>
         change;
-    std::function<std::vector<std::string>()> halt;  ///< halts the robots here
+    std::function<void()> halt;  ///< halts the robots here
     /// Any thread; null while there is no state, or another one is being copied.
     std::function<std::unique_ptr<journal::StateSource>()> freeze;
   };

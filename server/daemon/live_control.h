@@ -122,8 +122,8 @@ class LiveControl final : public control::Control {
   void Accept(const cluster::OperatorChange& change,
               const std::function<void(cluster::OperatorResult)>& done);
   /// Halts all robots that are connected here, without the log. Another server has logged it, or
-  /// cannot; the names of the links.
-  std::vector<std::string> HaltHere();
+  /// cannot.
+  void HaltHere();
 
   /// Measures the utilisation of the links. To be called about once a second, by one thread.
   void SampleLinks();

@@ -102,9 +102,8 @@ void LiveControl::Accept(const cluster::OperatorChange& change, const Finish& do
       change.change);
 }
 
-std::vector<std::string> LiveControl::HaltHere() {
+void LiveControl::HaltHere() {
   SendHaltsUnlogged(engine::RobotsPart::kBroadcastTransmissions);
-  return ServedLinks();
 }
 
 void LiveControl::StepDown(std::string_view successor, Done done) {

@@ -95,7 +95,6 @@ class PioneerReceiver {
 
  private:
   void PushHeader(uint8_t byte);
-  void PushBody(uint8_t byte);
 
   void PushSonar(uint8_t byte);
 

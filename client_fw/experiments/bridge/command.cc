@@ -13,6 +13,7 @@
 #include "client_fw/experiments/bridge/experiment.h"
 #include "client_fw/experiments/bridge/moments.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
@@ -98,19 +99,19 @@ void AddBridgeCommand(CLI::App* app, int* status) {
       "The double-bridge experiment in virtual time: whether robots that deposit an evaporating "
       "trail find the shorter of two branches; prints the outcomes, with controls and sweeps");
   command->add_option("--seeds", options->seeds, "Swarms per experiment (default: 30)")
-      ->check(CLI::Range(1, 10'000));
+      ->check(WholeNumber(1, 10'000));
   command->add_option("--robots", base.robots, "Robots in the base experiment (default: 8)")
-      ->check(CLI::Range(1, 50));
+      ->check(WholeNumber(1, 50));
   command->add_option("--minutes", options->minutes, "Length of a run (default: 20)")
-      ->check(Between(1.0, 600.0));
+      ->check(Number(1.0, 600.0));
   command->add_option("--tau", options->tau_s, "Evaporation time, s; 0: never (default: 20)")
-      ->check(Between(0.0, 86'400.0));
+      ->check(Number(0.0, 86'400.0));
   command->add_option("--c-max", base.max_count, "Maximum of a node in quanta, 1 / Q (default: 32)")
-      ->check(CLI::Range(1, 10'000));
+      ->check(WholeNumber(1, 10'000));
   command
       ->add_option("--wander", base.wandering.rad_s,
                    "Random component of the turning rate, rad/s (default: 0.25)")
-      ->check(Between(0.0, 2.0));
+      ->check(Number(0.0, 2.0));
   command->add_flag("--base-only", options->base_only, "Without the controls and sweeps");
   command->add_option("--out", options->out,
                       "Folder for bridge.csv (one row for each experiment), bridge-runs.csv, "

@@ -13,6 +13,7 @@
 #include "client_fw/experiments/channel/experiment.h"
 #include "client_fw/experiments/channel/report.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
@@ -242,17 +243,17 @@ void AddChannelCommand(CLI::App* app, int* status) {
   CLI::App* command = app->add_subcommand(
       "channel", "The capacity of one radio channel in robots, in virtual time; prints a table");
   command->add_option("--robots", options->robots, "Numbers of robots (default: 1 2 3 4 6 8 12 16)")
-      ->check(CLI::Range(1, 100))
+      ->check(WholeNumber(1, 100))
       ->type_name("N");
   command
       ->add_option("--turnaround-ms", options->turnarounds_ms,
                    "Modem turnaround times T_t (default: 2 20)")
-      ->check(CLI::Range(1, 100))
+      ->check(WholeNumber(1, 100))
       ->type_name("MS");
   command
       ->add_option("--server-delay-ms", options->server_delays_ms,
                    "Server delays D_s (default: 2 8)")
-      ->check(CLI::Range(0, 100))
+      ->check(WholeNumber(0, 100))
       ->type_name("MS");
   CLI::Option* json = command->add_flag(
       "--json", options->json, "Run once, with the first of each list, and print one JSON object");
@@ -260,34 +261,34 @@ void AddChannelCommand(CLI::App* app, int* status) {
       ->check(CLI::IsMember({"contention", "rounds"}))
       ->needs(json);
   command->add_option("--simple", options->simple, "With rounds: so many robots only contend")
-      ->check(CLI::Range(0, 100))
+      ->check(WholeNumber(0, 100))
       ->needs(json)
       ->type_name("N");
   command
       ->add_option("--hidden-pairs", options->hidden_pairs,
                    "Pairs of robots that do not hear each other")
-      ->check(CLI::Range(0, 50))
+      ->check(WholeNumber(0, 50))
       ->needs(json)
       ->type_name("N");
   command
       ->add_option("--frame-loss-percent", options->frame_loss_percent,
                    "Frames that each listener misses")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(Number(0, 100))
       ->needs(json)
       ->type_name("PERCENT");
   command
       ->add_option("--byte-error-percent", options->byte_error_percent,
                    "Bytes that each listener gets wrong")
-      ->check(CLI::Range(0.0, 50.0))
+      ->check(Number(0, 50))
       ->needs(json)
       ->type_name("PERCENT");
   command->add_option("--fail-safe-ms", options->fail_safe_ms, "Of the robots (default: 480)")
-      ->check(CLI::Range(100, 30'000))
+      ->check(WholeNumber(100, 30'000))
       ->needs(json)
       ->type_name("MS");
   command
       ->add_option("--period-ms", options->period_ms, "Between a robot's requests (default: 200)")
-      ->check(CLI::Range(0, 30'000))
+      ->check(WholeNumber(0, 30'000))
       ->needs(json)
       ->type_name("MS");
   command->add_flag("--together", options->together, "Switch all robots on at the same time")
@@ -296,14 +297,14 @@ void AddChannelCommand(CLI::App* app, int* status) {
       ->needs(json)
       ->type_name("N");
   command->add_option("--baud", options->baud, "Baud rate of the channel (default: 9600)")
-      ->check(CLI::Range(1200, 115'200))
+      ->check(WholeNumber(1200, 115'200))
       ->type_name("BAUD");
   command->add_option("--seeds", options->seeds, "Runs of each combination (default: 10)")
-      ->check(CLI::Range(1, 1000))
+      ->check(WholeNumber(1, 1000))
       ->excludes(json)
       ->type_name("N");
   command->add_option("--seconds", options->duration_s, "Measured time of each run (default: 60)")
-      ->check(Between(2.0, 36'000.0))
+      ->check(Number(2.0, 36'000.0))
       ->type_name("S");
   command
       ->add_option("--out", options->out,

@@ -16,6 +16,7 @@
 #include "client_fw/experiments/cleaning/report.h"
 #include "client_fw/experiments/cleaning/sweep.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
@@ -198,7 +199,7 @@ void AddFloorOptions(CLI::App* command, const std::vector<CLI::Option*>& in_file
   command
       ->add_option("--memory-mib", options->prove.memory_mib,
                    "With --prove: memory after which a verdict is unknown (default: 2048)")
-      ->check(CLI::Range(1, 1'000'000))
+      ->check(WholeNumber(1, 1'000'000))
       ->needs(prove);
 }
 
@@ -214,81 +215,81 @@ void AddCleaningCommand(CLI::App* app, int* status) {
   std::vector<CLI::Option*> in_file;  // that a floor's file says
   const auto add_in_file = [&](auto* option) { in_file.push_back(option); };
   add_in_file(command->add_option("--columns", base.grid.columns, "Columns of zones (default: 4)")
-                  ->check(CLI::Range(1, 50)));
+                  ->check(WholeNumber(1, 50)));
   add_in_file(command->add_option("--rows", base.grid.rows, "Rows of zones (default: 3)")
-                  ->check(CLI::Range(1, 50)));
+                  ->check(WholeNumber(1, 50)));
   add_in_file(
       command->add_option("--robots", base.robots, "Robots, at most one a zone (default: 2)")
-          ->check(CLI::Range(1, 254)));
+          ->check(WholeNumber(1, 254)));
   single = in_file;
   add_in_file(command->add_option("--zone", base.grid.zone_m, "Side of a zone, m (default: 1)")
-                  ->check(Between(1.0, 4.0)));
+                  ->check(Number(1.0, 4.0)));
   add_in_file(
       command->add_option("--cleaning-s", options->cleaning_s, "Time to clean a zone (default: 10)")
-          ->check(Between(0.1, 60.0)));
+          ->check(Number(0.1, 60.0)));
   add_in_file(command
                   ->add_option("--lease-s", base.lease_s,
                                "Lease of a claim (default: twice the time to clean, and 2)")
-                  ->check(CLI::Range(2, 3600)));
+                  ->check(WholeNumber(2, 3600)));
   command->add_option("--speed", base.speed_mm_s, "Speed, mm/s (default: 300)")
-      ->check(CLI::Range(50, 1000));
+      ->check(WholeNumber(50, 1000));
   CLI::Option* slots =
       command->add_option("--slots", base.slots, "Slots of each tag (default: 8; --sweep: 2)")
-          ->check(CLI::Range(2, 64));
+          ->check(WholeNumber(2, 64));
   add(command->add_option("--seconds", options->seconds, "Length of the run (default: 1200)")
-          ->check(Between(1.0, 360'000.0)));
+          ->check(Number(1.0, 360'000.0)));
   add_in_file(command
                   ->add_option("--unit-s", options->unit_s,
                                "Unit of time in which zones soil: 5 or 10 % every 15 (default: 3)")
-                  ->check(Between(0.01, 3600.0)));
+                  ->check(Number(0.01, 3600.0)));
   add_in_file(
       command->add_option("--soil", base.soil.start_percent, "Soil at the start, % (default: 20)")
-          ->check(Between(0.0, 100.0)));
+          ->check(Number(0.0, 100.0)));
   add_in_file(command
                   ->add_option("--threshold", base.soil.threshold_percent,
                                "Soil to stay below, % (default: 51)")
-                  ->check(Between(0.0, 100.0)));
+                  ->check(Number(0.0, 100.0)));
   add(command->add_option("--seed", options->seed, "Of all that is random (default: 1)"));
   add(command
           ->add_option("--switch-off-s", options->switch_off_s,
                        "Switch a robot off after so many seconds")
-          ->check(Between(0.001, 360'000.0)));
+          ->check(Number(0.001, 360'000.0)));
   add(command->add_option("--switched-off", options->switched_off, "Which robot (default: 1)")
-          ->check(CLI::Range(1, 254)));
+          ->check(WholeNumber(1, 254)));
   CLI::Option* baud = command
                           ->add_option("--baud", base.timing.baud,
                                        "Baud rate of each channel (default: 9600; --sweep: 57600)")
-                          ->check(CLI::Range(1200, 115'200));
+                          ->check(WholeNumber(1200, 115'200));
   add(command->add_option("--channels", base.channels, "Radio channels (default: 1)")
-          ->check(CLI::Range(1, 64)));
+          ->check(WholeNumber(1, 64)));
   command
       ->add_option("--frame-loss-percent", options->frame_loss_percent,
                    "Frames that each listener misses")
-      ->check(Between(0.0, 90.0));
+      ->check(Number(0.0, 90.0));
   command
       ->add_option("--turnaround-ms", options->turnaround_ms,
                    "Modem turnaround time T_t (default: 2)")
-      ->check(CLI::Range(1, 100));
+      ->check(WholeNumber(1, 100));
   command
       ->add_option("--server-delay-ms", options->server_delay_ms, "Server delay D_s (default: 2)")
-      ->check(CLI::Range(0, 100));
+      ->check(WholeNumber(0, 100));
   CLI::Option* period =
       command
           ->add_option("--period-ms", base.period_ms,
                        "Between a robot's requests for intensities (default: 200; --sweep: 100)")
-          ->check(CLI::Range(20, 5000));
+          ->check(WholeNumber(20, 5000));
   CLI::Option* sweep = command->add_flag(
       "--sweep", options->sweep, "Grids from 4 x 3 with 2 robots to 20 x 20 with 66 instead");
   for (CLI::Option* option : single) {
     option->excludes(sweep);
   }
   command->add_option("--seeds", options->seeds, "With --sweep: runs of each size (default: 5)")
-      ->check(CLI::Range(1, 1000))
+      ->check(WholeNumber(1, 1000))
       ->needs(sweep);
   command
       ->add_option("--cycles", options->cycles,
                    "With --sweep: length of a run in ideal cycles (default: 20)")
-      ->check(CLI::Range(1, 100'000))
+      ->check(WholeNumber(1, 100'000))
       ->needs(sweep);
   command->add_option(
       "--out", options->out,

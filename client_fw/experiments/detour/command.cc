@@ -8,6 +8,7 @@
 
 #include "client_fw/experiments/detour/experiment.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/number_check.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -56,38 +57,38 @@ void AddDetourCommand(CLI::App* app, int* status) {
   detour_command
       ->add_option("--offset", options->offsets_m,
                    "Centre of the patch, m to the left of the path (default: 0.2 0)")
-      ->check(Between(-1.0, 1.0));
+      ->check(Number(-1.0, 1.0));
   detour_command
       ->add_option("--weight", options->weights,
                    "Weight of the repellent in the blend (default: 0.3)")
-      ->check(Between(0.0, 10.0));
+      ->check(Number(0.0, 10.0));
   detour_command
       ->add_option("--radius", options->experiment.patch_radius_m,
                    "Radius of the patch, m (default: 0.3)")
-      ->check(Between(0.1, 1.0));
+      ->check(Number(0.1, 1.0));
   detour_command
       ->add_option("--core", options->experiment.core_m, "c of both pheromones, m (default: 0.1)")
-      ->check(Between(0.0, 1.0));
+      ->check(Number(0.0, 1.0));
   detour_command
       ->add_option("--sigma", options->experiment.sigma_m, "sigma of both, m (default: 0.8)")
-      ->check(Between(0.01, 2.0));
+      ->check(Number(0.01, 2.0));
   detour_command
       ->add_option("--bias", options->experiment.antenna_distance_m, "b, m (default: 0.33)")
-      ->check(Between(0.01, 2.0));
+      ->check(Number(0.01, 2.0));
   detour_command
       ->add_option("--law", options->experiment.law,
                    "differential (default), paper, or careful, the default of robots")
       ->transform(OneOf(LawsByName()))
       ->type_name("NAME");
   detour_command->add_option("--speed", options->experiment.speed_mm_s, "K, mm/s (default: 300)")
-      ->check(CLI::Range(20, 2000));
+      ->check(WholeNumber(20, 2000));
   detour_command->add_option("--seeds", options->seeds, "Runs of each combination (default: 20)")
-      ->check(CLI::Range(1, 10'000));
+      ->check(WholeNumber(1, 10'000));
   detour_command
       ->add_option(
           "--seconds", options->duration_s,
           "Maximum length of a run, which also ends near the end of the path (default: 40)")
-      ->check(Between(1.0, 3600.0));
+      ->check(Number(1.0, 3600.0));
   detour_command->add_option("--out", options->out,
                              "Folder for detour.csv (all runs), detour-tracks.csv and "
                              "detour-map.csv (those of the first offset and weight)");

@@ -12,6 +12,7 @@
 
 #include "client_fw/experiments/laws/experiment.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
@@ -122,9 +123,9 @@ void AddLawsCommand(CLI::App* app, int* status) {
           "--search", options->budget,
           "Retune the differential and fuzzy laws with this many evaluations each (default: "
           "use the stored parameters)")
-      ->check(CLI::Range(0, 100'000));
+      ->check(WholeNumber(0, 100'000));
   command->add_option("--seeds", options->seeds, "Runs of each law on each curve (default: 20)")
-      ->check(CLI::Range(1, 10'000));
+      ->check(WholeNumber(1, 10'000));
   command->add_option("--out", options->out,
                       "Folder for laws.csv, laws-tracks.csv (two runs of each law on the figure "
                       "eight) and, with --search, laws-search.csv");

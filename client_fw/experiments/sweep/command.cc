@@ -12,6 +12,7 @@
 
 #include "client_fw/experiments/sweep/experiment.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
@@ -78,7 +79,7 @@ void AddSweepCommand(CLI::App* app, int* status) {
       ->transform(OneOf(curves))
       ->type_name("NAME");
   command->add_option("--seeds", options->seeds, "Runs per point (default: 10)")
-      ->check(CLI::Range(1, 10'000));
+      ->check(WholeNumber(1, 10'000));
   command->add_option("--out", options->out, "Folder for laws-sweep.csv");
   command->callback([options, status] { *status = RunSweeps(*options); });
 }

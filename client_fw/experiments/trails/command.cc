@@ -23,6 +23,7 @@
 #include "client_fw/experiments/trails/timetable.h"
 #include "client_fw/experiments/trails/trips.h"
 #include "client_fw/swarm/command.h"
+#include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
@@ -324,18 +325,18 @@ void AddTrailsCommand(CLI::App* app, int* status) {
                    "deploy/examples/bench.toml")
       ->required();
   command->add_option("--robots", options->robots, "Robots (default: the file's)")
-      ->check(CLI::Range(1, 254));
+      ->check(WholeNumber(1, 254));
   command
       ->add_option("--law", options->law,
                    "Evaporation: e1, e2, e3, e4, exponential or counter (default: the file's)")
       ->transform(OneOf(EvaporationLaws()))
       ->type_name("NAME");
   command->add_option("--rate", options->rate, "Its rate k (default: the file's)")
-      ->check(Between(0.0, 1e6));
+      ->check(Number(0.0, 1e6));
   command
       ->add_option("--dead-band", options->dead_band,
                    "A trail is better by more than so many units (default: the file's)")
-      ->check(Between(0.0, 1e6));
+      ->check(Number(0.0, 1e6));
   command->add_option("--source", options->source,
                       "Energy in the source (default: the file's; not given there: without end)");
   const std::map<std::string, client::DepositRule> rules = {
@@ -346,40 +347,40 @@ void AddTrailsCommand(CLI::App* app, int* status) {
       ->transform(OneOf(rules))
       ->type_name("NAME");
   command->add_option("--burn", options->burn_per_s, "Scaled: units burned a second (default: 1)")
-      ->check(CLI::Range(0, 1000));
+      ->check(WholeNumber(0, 1000));
   command->add_option("--capacity", options->capacity, "Units that a robot takes (default: 100)")
-      ->check(CLI::Range(1, 65'535));
+      ->check(WholeNumber(1, 65'535));
   command
       ->add_option(
           "--explore-percent", options->explore_percent,
           "How often, at the fork, a robot ignores the advice and draws a trail (default: 0)")
-      ->check(CLI::Range(0, 100));
+      ->check(WholeNumber(0, 100));
   command->add_option("--speed", options->speed_mm_s, "Speed, mm/s (default: 400)")
-      ->check(CLI::Range(50, 1000));
+      ->check(WholeNumber(50, 1000));
   command
       ->add_option("--seconds", options->seconds,
                    "Length of the run (default: 1800; by timetable 7200; with --trips: none)")
-      ->check(Between(1.0, 1e7));
+      ->check(Number(1.0, 1e7));
   command->add_option("--trips", options->trips, "End after so many round trips");
   command
       ->add_option("--channels", options->channels, "Radio channels (default: one for each robot)")
-      ->check(CLI::Range(1, 64));
+      ->check(WholeNumber(1, 64));
   command->add_option("--baud", options->baud, "Baud rate of each channel (default: 9600)")
-      ->check(CLI::Range(1200, 115'200));
+      ->check(WholeNumber(1200, 115'200));
   command
       ->add_option("--frame-loss-percent", options->frame_loss_percent,
                    "Frames that each listener misses")
-      ->check(Between(0.0, 90.0));
+      ->check(Number(0.0, 90.0));
   command->add_option("--avr", options->avr_robots, "The last so many robots run the AVR's image")
-      ->check(CLI::Range(0, 254));
+      ->check(WholeNumber(0, 254));
   command->add_option("--seed", options->seed, "Of all that is random (default: 1)");
   CLI::Option* timetable = command->add_flag("--timetable", options->timetable,
                                              "Robots do not drive, but arrive when they would");
   command->add_option("--trail-a", options->trail_a_s, "By timetable: s on trail A (default: 20)")
-      ->check(Between(1.0, 3600.0))
+      ->check(Number(1.0, 3600.0))
       ->needs(timetable);
   command->add_option("--trail-b", options->trail_b_s, "By timetable: s on trail B (default: 40)")
-      ->check(Between(1.0, 3600.0))
+      ->check(Number(1.0, 3600.0))
       ->needs(timetable);
   command
       ->add_flag("--parking", options->parking,
@@ -388,7 +389,7 @@ void AddTrailsCommand(CLI::App* app, int* status) {
   command
       ->add_option("--stop-s", options->stop_s,
                    "By timetable: robot 1 stands for good once it is in the nest after that time")
-      ->check(Between(0.0, 1e7))
+      ->check(Number(0.0, 1e7))
       ->needs(timetable);
   CLI::Option* sweep =
       command
@@ -399,7 +400,7 @@ void AddTrailsCommand(CLI::App* app, int* status) {
   command
       ->add_option("--seeds", options->seeds,
                    "With --sweep and --by-robots: runs of each (default: 25)")
-      ->check(CLI::Range(1, 10'000));
+      ->check(WholeNumber(1, 10'000));
   command
       ->add_flag("--story", options->story,
                  "Seven robots whose timing is given: Fig. 5 of Ferreira, Tavares and Silva (2018)")

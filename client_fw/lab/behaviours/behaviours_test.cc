@@ -41,9 +41,7 @@ TEST(Behaviours, AllOfTheTableActWithinTheirBounds) {
     const auto world = Made(std::move(config));
     StepTimes(world.get(), 100);
     EXPECT_TRUE(names.insert(kind.name).second);
-    EXPECT_EQ(FindBehaviour(kind.name), &kind);
   }
-  EXPECT_EQ(FindBehaviour("fly"), nullptr);
 }
 
 TEST(Explore, LeavesTheCornerAndTurnsBackAtTheEdge) {

@@ -125,13 +125,6 @@ std::span<const BehaviourKind> BehaviourKinds() {
   return kinds;
 }
 
-const BehaviourKind* FindBehaviour(std::string_view name) {
-  const std::span<const BehaviourKind> kinds = BehaviourKinds();
-  const auto found = std::find_if(kinds.begin(), kinds.end(),
-                                  [&](const BehaviourKind& kind) { return kind.name == name; });
-  return found != kinds.end() ? &*found : nullptr;
-}
-
 ParameterValues DefaultsOf(const BehaviourKind& kind) {
   ParameterValues values;
   for (const ParameterSpec& spec : kind.parameters) {

@@ -1,10 +1,10 @@
 // The built-in behaviours by name, with their parameters: one table for the scenario file and its
 // messages. What they mean is in README.md.
 //
-//   const BehaviourKind* kind = FindBehaviour("forage");
-//   ParameterValues values = DefaultsOf(*kind);
-//   values["quanta"] = 2;
-//   group.behaviour = kind->make(values, group.starts.size());
+//   const BehaviourKind& kind = BehaviourKinds()[0];
+//   ParameterValues values = DefaultsOf(kind);
+//   values["speed_m_per_s"] = 0.1;
+//   group.behaviour = kind.make(values, group.starts.size());
 #pragma once
 
 #include <cstddef>
@@ -41,9 +41,6 @@ struct BehaviourKind {
 };
 
 std::span<const BehaviourKind> BehaviourKinds();
-
-/// Null if there is none.
-const BehaviourKind* FindBehaviour(std::string_view name);
 
 ParameterValues DefaultsOf(const BehaviourKind& kind);
 

@@ -25,6 +25,7 @@
 #include "client_fw/swarm/scenario/run.h"
 #include "client_fw/swarm/scenario/scenario.h"
 #include "server/base/file.h"
+#include "server/base/number_check.h"
 
 namespace pheromone::lab::bench {
 namespace {
@@ -207,9 +208,11 @@ int main(int argc, char** argv) {
   std::vector<size_t> robots = {1'000, 10'000, 100'000};
   int steps = 200;
   std::string csv;
-  app.add_option("--robots", robots, "How many")->delimiter(',')->check(CLI::Range(1, 1'000'000));
+  app.add_option("--robots", robots, "How many")
+      ->delimiter(',')
+      ->check(pheromone::WholeNumber(1, 1'000'000));
   app.add_option("--steps", steps, "That are measured, of each size")
-      ->check(CLI::Range(10, 100'000));
+      ->check(pheromone::WholeNumber(10, 100'000));
   app.add_option("--csv", csv, "Write the rows to this file");
   CLI11_PARSE(app, argc, argv);
   return pheromone::lab::bench::Main(robots, steps, csv);

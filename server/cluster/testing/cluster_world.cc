@@ -114,7 +114,7 @@ Cluster::Parts ClusterWorld::PartsOf(const std::string& node, Server::Process* p
   };
   parts.change = [](const OperatorChange& /*change*/,
                     const std::function<void(OperatorResult)>& done) { done({}); };
-  parts.halt = [](const HaltAll& halt) { return HaltDone{halt.number, {}, {}}; };
+  parts.halt = [] {};
   parts.on_id = [server](const std::string& id) {
     server->id = id;
     server->founds = false;

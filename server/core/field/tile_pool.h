@@ -148,7 +148,6 @@ class TilePool {
   bool has_garbage() const { return !garbage_.empty(); }
 
   size_t chunks() const { return tiles_.chunks(); }
-  size_t leaf_chunks() const { return leaves_.chunks(); }
 
  private:
   void ReleaseGarbage(int tiles);

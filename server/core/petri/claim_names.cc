@@ -26,9 +26,10 @@ std::string Quoted(const std::string& name) {
   return plain ? name : '"' + name + '"';
 }
 
-// The text in pieces: `other` gets what is between the names.
-template <typename Name, typename Other>
-void TakeApart(std::string_view text, const Name& name, const Other& other) {
+}  // namespace
+
+std::string RenameIn(std::string_view text, const Renaming& names) {
+  std::string renamed;
   size_t done = 0;
   ClaimScanner scanner(text);
   const std::string_view first = scanner.token().text;
@@ -36,32 +37,15 @@ void TakeApart(std::string_view text, const Name& name, const Other& other) {
     const Token& token = scanner.token();
     const bool is_word = token.kind == TokenKind::kName && token.text.data() != first.data() &&
                          !IsKeyword(token.text, first);
-    if (is_word || token.kind == TokenKind::kQuoted) {
-      other(text.substr(done, token.column - 1 - done));
-      name(token.text, text.substr(token.column - 1, token.end - token.column));
+    const auto found =
+        is_word || token.kind == TokenKind::kQuoted ? names.find(token.text) : names.end();
+    if (found != names.end()) {
+      renamed += text.substr(done, token.column - 1 - done);
+      renamed += Quoted(found->second);
       done = token.end - 1;
     }
   }
-  other(text.substr(done));
-}
-
-}  // namespace
-
-void ForEachName(std::string_view text, const std::function<void(std::string_view)>& use) {
-  TakeApart(
-      text, [&](std::string_view name, std::string_view) { use(name); }, [](std::string_view) {});
-}
-
-std::string RenameIn(std::string_view text, const Renaming& names) {
-  std::string renamed;
-  TakeApart(
-      text,
-      [&](std::string_view name, std::string_view piece) {
-        const auto found = names.find(name);
-        renamed += found == names.end() ? std::string(piece) : Quoted(found->second);
-      },
-      [&](std::string_view piece) { renamed += piece; });
-  return renamed;
+  return renamed += text.substr(done);
 }
 
 }  // namespace pheromone::petri

@@ -2,17 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <string>
-#include <vector>
-
 namespace pheromone::petri {
 namespace {
 
 TEST(ClaimNames, AreWordsAndTextsInQuotes) {
-  std::vector<std::string> names;
-  ForEachName("always 2 * N1.a - \"b c\" <= 10 and(_d-1=0)",
-              [&](std::string_view name) { names.emplace_back(name); });
-  EXPECT_EQ(names, (std::vector<std::string>{"N1.a", "b c", "_d-1"}));
+  const Renaming names{{"always", "no"}, {"and", "no"}, {"N1", "no"}, {"N1.a", "A"},
+                       {"b c", "B"},     {"b", "no"},   {"_d", "no"}, {"_d-1", "D"}};
+  EXPECT_EQ(RenameIn("always 2 * N1.a - \"b c\" <= 10 and(_d-1=0)", names),
+            "always 2 * A - B <= 10 and(D=0)");
 }
 
 TEST(ClaimNames, AreRenamedAsWholeWordsAndQuotedIfTheyMustBe) {

@@ -138,15 +138,6 @@ class Whole {
   std::unordered_set<std::string> claim_ids_{};
 };
 
-constexpr uint32_t kGone = UINT32_MAX;
-
-void KeepArcs(const std::vector<uint32_t>& numbers, std::vector<Arc>* arcs) {
-  std::erase_if(*arcs, [&](const Arc& arc) { return numbers[arc.place] == kGone; });
-  for (Arc& arc : *arcs) {
-    arc.place = numbers[arc.place];
-  }
-}
-
 }  // namespace
 
 Result<Net> Compose(std::string name, const std::vector<Instance>& instances) {
@@ -161,34 +152,6 @@ std::string PrefixedId(std::string_view as, std::string_view id) {
   std::string prefixed(as);
   prefixed.append(as.empty() ? "" : ".").append(id);
   return prefixed;
-}
-
-Net WithoutBoxes(const Net& net) {
-  Net alone{.name = net.name};
-  std::vector<uint32_t> numbers;
-  for (const Place& place : net.places) {
-    numbers.push_back(place.box.empty() ? static_cast<uint32_t>(alone.places.size()) : kGone);
-    if (place.box.empty()) {
-      alone.places.push_back(place);
-    }
-  }
-  for (const Transition& transition : net.transitions) {
-    Transition& kept = alone.transitions.emplace_back(transition);
-    for (auto* arcs : {&kept.takes, &kept.gives, &kept.reads, &kept.inhibitors}) {
-      KeepArcs(numbers, arcs);
-    }
-  }
-  for (const Claim& claim : net.claims) {
-    bool names_box = false;
-    ForEachName(claim.text, [&](std::string_view word) {
-      const size_t place = PlaceOf(net, word);
-      names_box = names_box || (place < net.places.size() && numbers[place] == kGone);
-    });
-    if (!names_box) {
-      alone.claims.push_back(claim);
-    }
-  }
-  return alone;
 }
 
 }  // namespace pheromone::petri

@@ -44,8 +44,4 @@ Result<Net> Compose(std::string name, const std::vector<Instance>& instances);
 /// The ID in the whole of a place or transition that is not shared.
 std::string PrefixedId(std::string_view as, std::string_view id);
 
-/// The component by itself: without its boxes and the arcs to them, which are not to affect the
-/// rank of its incidence matrix (Ferreira et al. 2018, section 4.1). Claims that name a box go too.
-Net WithoutBoxes(const Net& net);
-
 }  // namespace pheromone::petri

@@ -89,13 +89,5 @@ TEST(Compose, SaysWhatDoesNotFit) {
   EXPECT_EQ(ErrorOf({{.net = broken}}), "net \"gate\": the ID \"lane\" is given twice");
 }
 
-TEST(WithoutBoxes, DropsBoxesTheirArcsAndTheirClaims) {
-  const Net expected{.name = "gate",
-                     .places = {{.id = "lane"}, {.id = "behind", .tag = "T"}},
-                     .transitions = {{.id = "pass", .takes = {{0}}, .gives = {{1}}}},
-                     .claims = {{"quick", "live pass"}}};
-  EXPECT_EQ(WithoutBoxes(Gate()), expected);
-}
-
 }  // namespace
 }  // namespace pheromone::petri

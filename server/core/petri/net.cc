@@ -135,9 +135,4 @@ Marking Fire(const Net& net, size_t transition, const Marking& marking) {
   return after;
 }
 
-Marking StateEquation(const IncidenceMatrix& incidence, const Marking& marking,
-                      const FiringVector& firings) {
-  return marking + incidence.transpose() * firings;
-}
-
 }  // namespace pheromone::petri

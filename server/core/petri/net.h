@@ -25,8 +25,6 @@ namespace pheromone::petri {
 
 /// Tokens by place.
 using Marking = Eigen::Matrix<int32_t, Eigen::Dynamic, 1>;
-/// Firings by transition: the trigger vector u of Ferreira et al. 2018, eq. (1).
-using FiringVector = Eigen::Matrix<int32_t, Eigen::Dynamic, 1>;
 /// Transitions x places: A of Ferreira et al. 2018, eq. (1).
 using IncidenceMatrix = Eigen::Matrix<int32_t, Eigen::Dynamic, Eigen::Dynamic>;
 
@@ -48,10 +46,5 @@ bool IsEnabled(const Net& net, size_t transition, const Marking& marking);
 
 /// The marking after an enabled transition has fired; eq. (1) for a single transition.
 Marking Fire(const Net& net, size_t transition, const Marking& marking);
-
-/// The state equation M' = M + A'u, Ferreira et al. 2018, eq. (1). Whether u can be fired in any
-/// order is not asked.
-Marking StateEquation(const IncidenceMatrix& incidence, const Marking& marking,
-                      const FiringVector& firings);
 
 }  // namespace pheromone::petri

@@ -63,30 +63,12 @@ Wgs84 LocalFrame::ToWgs84(const EastNorthUp& local) const {
   return place;
 }
 
-Wgs84 LocalFrame::GroundAt(double east_m, double north_m) const {
-  // Each step reduces the excess height by the factor (distance / Earth radius)^2 / 2: under 2 % at
-  // 1000 km, so that eight steps reach the precision of a double.
-  EastNorthUp local{east_m, north_m, 0};
-  Wgs84 place = ToWgs84(local);
-  for (int step = 0; step < 8; ++step) {
-    local.up_m -= place.height_m - datum_.height_m;
-    place = ToWgs84(local);
-  }
-  return place;
-}
-
 uint16_t HeadingFromCompass(double compass_deg) {
   assert(std::isfinite(compass_deg));
   const double within_turn =
       std::remainder(compass_deg, 360.0);  // exact, so that turns cost nothing
   const long long steps = std::llround((90.0 - within_turn) * kStepsPerDegree);
   return static_cast<uint16_t>(steps & 0xFFFF);
-}
-
-double CompassFromHeading(uint16_t heading) {
-  // 16384 steps are north; the difference modulo a turn.
-  const auto clockwise = static_cast<uint16_t>(16384 - heading);
-  return clockwise / kStepsPerDegree;
 }
 
 }  // namespace pheromone::maps

@@ -4,7 +4,7 @@
 //
 //   const LocalFrame frame = LocalFrame::At({47.3769, 8.5417, 408.0}).value();
 //   const EastNorthUp here = frame.ToLocal({47.3771, 8.5420, 408.0});  // metres
-//   const Wgs84 there = frame.GroundAt(22.6, 22.2);                    // degrees
+//   const Wgs84 there = frame.ToWgs84(here);                           // degrees
 //
 // The distance of the plane from the curved Earth grows with the square of the distance from the
 // datum: at 1 km the ground is 8 cm below it, at 10 km 8 m, and a length along the ground appears
@@ -50,10 +50,6 @@ class LocalFrame {
   EastNorthUp ToLocal(const Wgs84& place) const;
   Wgs84 ToWgs84(const EastNorthUp& local) const;
 
-  /// The position at the datum's height that ToLocal maps to these coordinates: that of a robot
-  /// with these map coordinates. For up to 1000 km from the datum.
-  Wgs84 GroundAt(double east_m, double north_m) const;
-
  private:
   struct Projection;  // hides the library
 
@@ -66,8 +62,5 @@ class LocalFrame {
 /// The binary angle (65 536 a turn, counter-clockwise from +x, that is from east) that is nearest
 /// to a compass heading in degrees clockwise from north; any finite number of turns.
 uint16_t HeadingFromCompass(double compass_deg);
-
-/// Its inverse, exactly: 0 <= degrees < 360.
-double CompassFromHeading(uint16_t heading);
 
 }  // namespace pheromone::maps

@@ -273,17 +273,6 @@ std::string EncodeNpy(const Raster& raster) {
   return bytes;
 }
 
-std::string EncodeNpyBytes(const Raster& raster) {
-  std::string bytes = Preamble(raster, "|u1");
-  bytes.reserve(bytes.size() + raster.values.size());
-  for (int32_t row = raster.rows - 1; row >= 0; --row) {
-    for (int32_t column = 0; column < raster.columns; ++column) {
-      bytes += static_cast<char>(NearestLevel(raster.At(column, row), 255));
-    }
-  }
-  return bytes;
-}
-
 Status SaveNpy(const std::string& path, const Raster& raster) {
   return WriteFile(path, EncodeNpy(raster));
 }

@@ -23,9 +23,6 @@ Result<Raster> LoadNpy(const std::string& path);
 /// Version 1.0, C order, little-endian float64 ('<f8'): every value bit for bit, including NaN.
 std::string EncodeNpy(const Raster& raster);
 
-/// The same with one unsigned byte per cell ('|u1'); each value becomes its NearestLevel up to 255.
-std::string EncodeNpyBytes(const Raster& raster);
-
 Status SaveNpy(const std::string& path, const Raster& raster);
 
 }  // namespace pheromone::maps

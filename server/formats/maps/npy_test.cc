@@ -132,12 +132,6 @@ TEST(Npy, ComesBackBitForBit) {
   EXPECT_EQ(back.value().rows, 2);
 }
 
-TEST(Npy, OfBytesHoldsTheNearestLevels) {
-  const auto back = ParseNpy(EncodeNpyBytes(RasterOf({{0, 254.6}, {kNaN, 1000}})), "a");
-  ASSERT_TRUE(back.ok()) << back.error();
-  EXPECT_EQ(RowsOf(back.value()), (Rows{{0, 255}, {0, 255}}));
-}
-
 TEST(Npy, NoBeginningIsTakenForTheWhole) {
   testing::ExpectEveryBeginningRefused(EncodeNpy(RasterOf({{1, 2}, {3, 4}})), ParseNpy);
 }

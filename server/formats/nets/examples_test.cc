@@ -118,7 +118,6 @@ TEST(NetExamples, HaveTheSizesOfTheBench) {
   EXPECT_EQ(size("robot.toml"), std::pair(size_t{14}, size_t{15}));
   EXPECT_EQ(size("motion.toml"), std::pair(size_t{71}, size_t{53}));
   EXPECT_EQ(size("pheromone.toml"), std::pair(size_t{83}, size_t{75}));
-  EXPECT_EQ(petri::WithoutBoxes(Example("environment_reader.toml")).places.size(), 7u);
 }
 
 TEST(NetExamples, HaveTheReachableMarkingsOfAnIndependentModel) {

@@ -58,17 +58,6 @@ std::string Quote(std::string_view text) {
          " bytes";
 }
 
-Status CheckNaming(const Naming& naming) {
-  for (const auto& [what, iri] : {std::pair("base", &naming.base),
-                                  std::pair("default namespace", &naming.default_namespace)}) {
-    if (!IsIri(*iri + "x") || (!iri->ends_with('/') && !iri->ends_with('#'))) {
-      return Error{"the " + std::string(what) + " is " + Quote(*iri) +
-                   ", expected an absolute IRI that ends with / or #"};
-    }
-  }
-  return Ok();
-}
-
 Result<Fact> FactOf(const TagBlock& written, const SymbolTables& tables, const Naming& naming) {
   const Block& block = written.block;
   PHEROMONE_TRY_STATUS(CheckBlock(block));

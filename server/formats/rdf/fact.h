@@ -77,9 +77,6 @@ struct Naming {
   TagNames tags{};
 };
 
-/// Errors: base or default namespace is not the beginning of absolute IRIs, ending with "/" or "#".
-Status CheckNaming(const Naming& naming);
-
 /// An IRI, or a literal.
 struct Node {
   std::string text;      ///< the IRI, or the lexical form

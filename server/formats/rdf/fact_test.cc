@@ -253,13 +253,6 @@ TEST(FactTest, ErrorsNameWhatWasFoundAndExpected) {
                 "characters");
 }
 
-TEST(FactTest, ABaseEndsWhereNamesBegin) {
-  EXPECT_TRUE(CheckNaming({}).ok());
-  EXPECT_EQ(CheckNaming({.base = "http://robots.org"}).error(),
-            "the base is \"http://robots.org\", expected an absolute IRI that ends with / or #");
-  EXPECT_FALSE(CheckNaming({.default_namespace = "ns#"}).ok());
-}
-
 TEST(FactTest, FullTablesAreNamed) {
   SymbolTables tables;
   tables.DefineRobot(1, "x");

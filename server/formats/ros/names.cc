@@ -37,6 +37,13 @@ const std::string& TopicNames::PartOf(const std::string& name) {
   return part;
 }
 
+void TopicNames::Forget(const std::string& name) {
+  if (const auto found = parts_.find(name); found != parts_.end()) {
+    taken_.erase(found->second);
+    parts_.erase(found);
+  }
+}
+
 TopicNames PheromoneNames() {
   return TopicNames({"obstacles", "markers", "halt"});
 }

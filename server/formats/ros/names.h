@@ -40,6 +40,8 @@ class TopicNames {
   explicit TopicNames(std::set<std::string> taken = {}) : taken_(std::move(taken)) {}
 
   const std::string& PartOf(const std::string& name);
+  /// Another name may get its part.
+  void Forget(const std::string& name);
 
  private:
   std::set<std::string> taken_;

@@ -27,6 +27,18 @@ TEST(RosNamesTest, EachNameHasAPartOfItsOwn) {
   EXPECT_EQ(names.PartOf("a-b"), "a_b_2");
 }
 
+TEST(RosNamesTest, APartIsFreeWhenItsNameIsForgotten) {
+  TopicNames names({"halt"});
+  EXPECT_EQ(names.PartOf("a b"), "a_b");
+  EXPECT_EQ(names.PartOf("a-b"), "a_b_2");
+  names.Forget("a b");
+  EXPECT_EQ(names.PartOf("a-b"), "a_b_2");
+  EXPECT_EQ(names.PartOf("a.b"), "a_b");
+  EXPECT_EQ(names.PartOf("a b"), "a_b_3");
+  names.Forget("halt");  // never had a part
+  EXPECT_EQ(names.PartOf("halt"), "halt_2");
+}
+
 TEST(RosNamesTest, NoPheromoneHasTheNameOfAnotherTopic) {
   TopicNames names = PheromoneNames();
   EXPECT_EQ(names.PartOf("obstacles"), "obstacles_2");

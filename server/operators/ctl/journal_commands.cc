@@ -28,11 +28,6 @@ using journal::SegmentReader;
 // A server may remove a file between the listing and the reading of it.
 constexpr int kAttempts = 3;
 
-int Fail(const std::string& words) {
-  std::cerr << "pheromonectl: " << words << '\n';
-  return kFailed;
-}
-
 Result<std::unique_ptr<PosixFolder>> Open(const std::string& path) {
   auto folder = PosixFolder::Open(path, PosixFolder::Mode::kReader);
   if (!folder.ok()) {
@@ -143,7 +138,7 @@ Status HoldsJournal(const std::string& folder) {
 int CheckJournal(const std::string& path) {
   const auto folder = Open(path);
   if (!folder.ok()) {
-    return Fail(folder.error());
+    return Fail(kFailed, folder.error());
   }
   const auto names = folder.value()->List();
   bool damaged = false;
@@ -165,8 +160,7 @@ int CheckJournal(const std::string& path) {
     recovered = journal::Recover(*folder.value());
   }
   if (!recovered.ok()) {
-    std::cerr << "pheromonectl: " << recovered.error() << '\n';
-    return kFoundDamage;
+    return Fail(kFoundDamage, recovered.error());
   }
   const journal::Recovered& state = recovered.value();
   for (const journal::Finding& finding : state.findings) {
@@ -192,11 +186,11 @@ int CheckJournal(const std::string& path) {
 int DumpJournal(const std::string& path) {
   const auto folder = Open(path);
   if (!folder.ok()) {
-    return Fail(folder.error());
+    return Fail(kFailed, folder.error());
   }
   const auto names = folder.value()->List();
   if (!names.ok()) {
-    return Fail(names.error());
+    return Fail(kFailed, names.error());
   }
   for (const std::string& name : names.value()) {
     if (!journal::OrdinalOf(name)) {
@@ -226,7 +220,7 @@ int DumpJournal(const std::string& path) {
 int ExportJournal(const std::string& path, const std::string& format) {
   const auto folder = Open(path);
   if (!folder.ok()) {
-    return Fail(folder.error());
+    return Fail(kFailed, folder.error());
   }
   const bool is_csv = format == "csv";
   if (is_csv) {
@@ -236,7 +230,7 @@ int ExportJournal(const std::string& path, const std::string& format) {
     std::cout << (is_csv ? journal::InCsv(record) : journal::InJson(record)) << '\n';
   });
   if (!walked.ok()) {
-    return Fail(walked.error());
+    return Fail(kFailed, walked.error());
   }
   if (!walked.value().cut_short.empty()) {
     std::cerr << "pheromonectl: stops there: " << walked.value().cut_short << '\n';

@@ -178,8 +178,7 @@ Reply AskAt(const ServerSocket& socket, std::chrono::seconds patience, std::stri
 }  // namespace
 
 int Fail(int exit_status, const std::string& words) {
-  std::cerr << "pheromonectl: " << words << '\n';
-  return exit_status;
+  return pheromone::Fail("pheromonectl", words, exit_status);
 }
 
 Reply Ask(const ServerOptions& options, std::string_view method, const std::string& target,
@@ -189,18 +188,19 @@ Reply Ask(const ServerOptions& options, std::string_view method, const std::stri
                      : Reply{kNoServer, "", socket.error()};
 }
 
-Result<json::value> AskJson(const ServerOptions& options, std::string_view method,
-                            const std::string& target, const std::string& body) {
-  const Reply reply = Ask(options, method, target, body);
-  if (reply.exit_status != 0) {
-    return Error{reply.error};
-  }
+Result<json::value> ParseAnswer(const std::string& text) {
   beast::error_code malformed;
-  json::value value = json::parse(reply.body, malformed);
+  json::value value = json::parse(text, malformed);
   if (malformed) {
     return Error{"the server's answer is not JSON: " + malformed.message()};
   }
   return value;
+}
+
+Result<json::value> AskJson(const ServerOptions& options, std::string_view method,
+                            const std::string& target, const std::string& body) {
+  const Reply reply = Ask(options, method, target, body);
+  return reply.exit_status == 0 ? ParseAnswer(reply.body) : Error{reply.error};
 }
 
 Reply Call(const ServerOptions& options, std::string_view method, const std::string& target,
@@ -224,10 +224,11 @@ JsonReply CallJson(const ServerOptions& options, std::string_view method, const 
   Reply reply = Call(options, method, target, body);
   JsonReply answer{reply.exit_status, nullptr, std::move(reply.body)};
   if (answer.exit_status == 0) {
-    beast::error_code error;
-    answer.value = json::parse(answer.text, error);
-    if (error) {
-      answer.exit_status = Fail(kFailed, "the server's answer is not JSON: " + error.message());
+    Result<json::value> value = ParseAnswer(answer.text);
+    if (value.ok()) {
+      answer.value = std::move(value).value();
+    } else {
+      answer.exit_status = Fail(kFailed, value.error());
     }
   }
   return answer;

@@ -14,13 +14,13 @@
 
 #include <boost/json/value.hpp>
 
+#include "server/base/program.h"
 #include "server/base/result.h"
 
 namespace pheromone::ctl {
 
-constexpr int kFailed = 1;    ///< the server, or the system, refused
-constexpr int kUsage = 2;     ///< an error in the command line or a configuration
-constexpr int kNoServer = 3;  ///< no server answers
+constexpr int kUsage = kWrongInput;
+constexpr int kNoServer = 3;  ///< exit status: no server answers
 
 /// Prints "pheromonectl: WORDS" to standard error and returns `exit_status`.
 int Fail(int exit_status, const std::string& words);
@@ -43,7 +43,10 @@ struct Reply {
 Reply Ask(const ServerOptions& options, std::string_view method, const std::string& target,
           const std::string& body = "");
 
-/// The same for an answer in JSON.
+/// An answer's text as JSON. Error: it is not.
+Result<boost::json::value> ParseAnswer(const std::string& text);
+
+/// As Ask, for an answer in JSON.
 Result<boost::json::value> AskJson(const ServerOptions& options, std::string_view method,
                                    const std::string& target, const std::string& body = "");
 

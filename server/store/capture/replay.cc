@@ -372,7 +372,6 @@ std::string Replay::On(const Gap& gap) {
 
 std::string Replay::On(const End& end) {
   time_ns_ = end.utc_ns;
-  end_utc_ns_ = end.utc_ns;
   for (const auto& [link, decoded] : decoded_) {
     if (!decoded.empty()) {
       return LinkName(link) + ": expected a message to be handed to the engine, " +

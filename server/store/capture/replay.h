@@ -65,7 +65,6 @@ class Replay {
   const Start& start() const { return start_; }
   /// Null before the initial state is whole.
   const engine::Engine* engine() const { return engine_ ? &*engine_ : nullptr; }
-  uint64_t end_utc_ns() const { return end_utc_ns_; }
 
  private:
   // Empty if all is well.
@@ -101,7 +100,6 @@ class Replay {
   WrittenRounds rounds_;
   std::vector<engine::Outgoing> out_;
   uint64_t time_ns_ = 0;
-  uint64_t end_utc_ns_ = 0;
   uint64_t batch_ = 0;
   uint64_t field_time_ms_ = 0;
   bool ended_ = false;

@@ -2,7 +2,7 @@
 // foreign_tools_test.py to compare with what other programs make of the same files.
 //
 //   .pgm .png       gray pictures; black is 0 and white WHITE (default: the picture's own maximum)
-//   .npy .u1.npy    float64; unsigned bytes (only written)
+//   .npy            float64
 //   .csv            a grid
 //   .yaml           a ROS map, its occupancy; a cell is 50 mm
 //   .viridis.png    in colours from 0 to WHITE (only written)
@@ -12,7 +12,6 @@
 #include <string>
 #include <utility>
 
-#include "server/base/file.h"
 #include "server/formats/maps/csv_grid.h"
 #include "server/formats/maps/npy.h"
 #include "server/formats/maps/pgm.h"
@@ -40,9 +39,6 @@ Result<Raster> Load(const std::string& path, double white) {
 Status Save(const std::string& path, Raster raster, double white) {
   const auto maximum = static_cast<uint16_t>(white > 255 ? 65535 : 255);
   const double scale = white > 0 ? white : maximum;
-  if (path.ends_with(".u1.npy")) {
-    return WriteFile(path, EncodeNpyBytes(raster));
-  }
   if (path.ends_with(".npy")) {
     return SaveNpy(path, raster);
   }
