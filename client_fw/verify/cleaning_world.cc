@@ -134,19 +134,19 @@ CleaningState CleaningWorld::Start(const std::vector<uint8_t>& robots_in) const 
   return state;
 }
 
-std::vector<std::vector<uint8_t>> CleaningWorld::AllStarts() const {
-  std::vector<std::vector<uint8_t>> starts;
+void CleaningWorld::EachStart(const std::function<bool(const std::vector<uint8_t>&)>& visit) const {
   std::vector<uint8_t> start(robots_);
   while (true) {
-    if (std::none_of(start.begin(), start.end(), [&](uint8_t zone) { return IsClosed(zone); })) {
-      starts.push_back(start);
+    if (std::none_of(start.begin(), start.end(), [&](uint8_t zone) { return IsClosed(zone); }) &&
+        !visit(start)) {
+      return;
     }
     size_t robot = robots_;
     while (robot > 0 && start[robot - 1] + 1u == zones_) {
       --robot;
     }
     if (robot == 0) {
-      return starts;
+      return;
     }
     std::fill(start.begin() + static_cast<ptrdiff_t>(robot - 1), start.end(),
               static_cast<uint8_t>(start[robot - 1] + 1));

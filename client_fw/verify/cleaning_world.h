@@ -18,6 +18,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -145,8 +146,9 @@ class CleaningWorld {
 
   /// Robots about to decide in these zones, all zones cleaned at the same time.
   CleaningState Start(const std::vector<uint8_t>& robots_in) const;
-  /// All unordered choices of zones to start in, but for closed ones.
-  std::vector<std::vector<uint8_t>> AllStarts() const;
+  /// All unordered choices of zones to start in, but for closed ones, one after the other, until
+  /// `visit` returns false.
+  void EachStart(const std::function<bool(const std::vector<uint8_t>&)>& visit) const;
 
   /// Zones become no dirtier than this: for a search to which all that is more is the same.
   void LimitSoil(int full_percent) { full_percent_ = full_percent; }
