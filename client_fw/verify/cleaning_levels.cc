@@ -1,7 +1,6 @@
 #include "client_fw/verify/cleaning_levels.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace pheromone::verify {
 namespace {

@@ -16,7 +16,6 @@
 // as long. Memory is that of the states in the time that the longest step takes.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>

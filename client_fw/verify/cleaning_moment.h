@@ -11,7 +11,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 
 #include "client_fw/verify/cleaning_key.h"
 #include "client_fw/verify/cleaning_world.h"

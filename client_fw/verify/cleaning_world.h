@@ -67,7 +67,7 @@ struct CleaningLimits {
   std::vector<int> rates_percent{};  ///< by zone, of soil in each step; empty: there is none
   int soiling_step = kSoilingStep;   ///< time after which zones become dirtier, again and again
   /// Of steps that are due at the same time, only those orders that may differ in what they lead
-  /// to: see ToExplore.
+  /// to (see ToExplore), and of time stamps only what robots can compare (see RankBySight).
   bool reduced = false;
 
   CleaningNeighbours Floor() const {
@@ -206,12 +206,15 @@ class CleaningWorld {
   uint8_t Advance(CleaningState* state);
   int TimeToNext(const CleaningState& state) const;
   void Visit(CleaningAction action, size_t robot, size_t zone, CleaningState state);
+  void RankBySight(uint64_t free, CleaningState* state) const;
 
   CleaningLimits limits_;
   size_t zones_;
   size_t robots_;
   CleaningNeighbours neighbours_;
   std::array<uint64_t, kMaxZones> in_sight_{};  // of a zone: itself and those beside it, as bits
+  // Of a zone: those that some robot sees together with it, as bits.
+  std::array<uint64_t, kMaxZones> compared_{};
   int full_percent_ = kFullPercent;
   CleaningTag tag_;
   std::vector<CleaningSuccessor>* next_ = nullptr;  // of the current Next
