@@ -378,9 +378,9 @@ Status World::CheckActions(const Slice& slice) const {
     if (robots_.want_quanta[i] != 0) {
       const field::PheromoneLaw* law = field_->FindLaw(robots_.want_type[i]);
       if (law == nullptr || law->is_blend()) {
-        return wrong(i, "type", robots_.want_type[i],
-                     "a pheromone of the map that is no blend, since quanta is " +
-                         std::to_string(robots_.want_quanta[i]));
+        return wrong(i, "pheromone", robots_.want_type[i],
+                     fmt::format("one of the map that is no blend, since it deposits {} quanta",
+                                 robots_.want_quanta[i]));
       }
     }
     if (robots_.want_load[i] < -1 || robots_.want_load[i] > 1) {

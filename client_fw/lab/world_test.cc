@@ -266,12 +266,13 @@ TEST(World, AnActionThatCannotBeMeantIsAnErrorThatNamesRobotAndField) {
   EXPECT_EQ(
       error_of([](Robots* r) { r->want_right_m_s[3] = -std::numeric_limits<double>::infinity(); }),
       "robot 4 (index 3) of \"lattice\", step 0: right_m_s is -inf, expected -1.2 to 1.2");
-  EXPECT_EQ(error_of([](Robots* r) {
-              r->want_quanta[1] = 2;
-              r->want_type[1] = 9;
-            }),
-            "robot 2 (index 1) of \"lattice\", step 0: type is 9, expected a pheromone of the map "
-            "that is no blend, since quanta is 2");
+  EXPECT_EQ(
+      error_of([](Robots* r) {
+        r->want_quanta[1] = 2;
+        r->want_type[1] = 9;
+      }),
+      "robot 2 (index 1) of \"lattice\", step 0: pheromone is 9, expected one of the map that is "
+      "no blend, since it deposits 2 quanta");
   EXPECT_EQ(error_of([](Robots* r) { r->want_load[0] = 5; }),
             "robot 1 (index 0) of \"lattice\", step 0: load is 5, expected -1, 0 or 1");
 }

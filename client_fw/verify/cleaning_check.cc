@@ -15,26 +15,6 @@ constexpr uint64_t ZonesBelow(size_t zone) {
   return (uint64_t{1} << zone) - 1;
 }
 
-std::vector<CleaningState> StatesOf(const CleaningWorld& world, const CleaningStarts& starts) {
-  std::vector<CleaningState> states;
-  for (const std::vector<uint8_t>& start : starts.empty() ? world.AllStarts() : starts) {
-    states.push_back(world.Start(start));
-  }
-  return states;
-}
-
-std::vector<CleaningState> SoiledStates(const CleaningWorld& world, const CleaningStarts& starts,
-                                        int start_percent) {
-  std::vector<CleaningState> states = StatesOf(world, starts);
-  for (CleaningState& state : states) {
-    state.tick = static_cast<uint8_t>(world.limits().soiling_step);
-    for (size_t zone = 0; zone < world.zones(); ++zone) {
-      state.level[zone] = static_cast<uint8_t>(world.IsClosed(zone) ? 0 : start_percent);
-    }
-  }
-  return states;
-}
-
 // What Explore found, but for the proof that nothing goes on for ever.
 CleaningResult ResultOf(CleaningGraph* graph, bool is_good) {
   CleaningResult result;
@@ -73,7 +53,7 @@ CleaningResult Prove(const CleaningLimits& limits, const CleaningStarts& starts,
                      const SearchLimits& search, bool symmetric) {
   CleaningWorld world(limits);
   CleaningGraph graph(&world, {.key = {.symmetric = symmetric}, .limits = search},
-                      StatesOf(world, starts));
+                      StartStates(&world, &starts));
   CleaningResult result = ResultOf(&graph, graph.Explore());
   // Passers-by can make tags forget when zones were cleaned, and so lead robots round for ever.
   if (result.verdict != Verdict::kProved || limits.passers_by) {
@@ -99,7 +79,7 @@ CleaningResult CleanAfter(const CleaningLimits& limits, const CleaningStarts& st
       {.key = {.symmetric = symmetric, .soil = true, .leveled = ZonesBelow(world.zones())},
        .goal_percent = soil.below,
        .limits = search},
-      SoiledStates(world, starts, std::min(soil.start, soil.below)));
+      StartStates(&world, &starts, std::min(soil.start, soil.below)));
   CleaningResult result = ResultOf(&graph, graph.Explore());
   if (result.verdict == Verdict::kRefuted) {
     return result;
@@ -126,7 +106,7 @@ CleaningResult Levels(const CleaningLimits& limits, const CleaningStarts& starts
                        .horizon = static_cast<uint16_t>(horizon),
                        .has_longest = false,
                        .limits = search},
-                      SoiledStates(world, starts, soil.start));
+                      StartStates(&world, &starts, soil.start));
   return ResultOf(&graph, graph.Explore());
 }
 
@@ -148,9 +128,9 @@ CleaningResult CheckLevels(const CleaningLimits& limits, const CleaningStarts& s
   assert(!limits.rates_percent.empty() && horizon > 0);
   CleaningWorld world(limits);
   LevelSearch levels(&world, {.below = soil.below, .horizon = static_cast<uint16_t>(horizon)},
-                     search);
+                     StartStates(&world, &starts, soil.start), search);
   CleaningResult result;
-  const bool is_good = levels.Run(SoiledStates(world, starts, soil.start));
+  const bool is_good = levels.Run();
   result.states = levels.states();
   result.unfolded_states = levels.states();
   result.steps = levels.steps();

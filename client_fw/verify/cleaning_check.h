@@ -14,11 +14,11 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "client_fw/verify/cleaning_graph.h"
+#include "client_fw/verify/cleaning_starts.h"
 #include "client_fw/verify/cleaning_trace.h"
 #include "client_fw/verify/cleaning_world.h"
 #include "client_fw/verify/explore.h"
@@ -41,9 +41,6 @@ struct CleaningResult {
   std::vector<int> levels{};            ///< by zone, at most so many %, of CheckLevels...
   int longest = 0;                      ///< of CheckCleanAfter
 };
-
-/// Robots' starts: a zone for each. Empty: all.
-using CleaningStarts = std::vector<std::vector<uint8_t>>;
 
 /// From the starts and for all time: two robots never clean one zone, something can always happen,
 /// and, without passers-by, each zone that is not closed is cleaned again and again, and no robot

@@ -7,66 +7,60 @@
 namespace pheromone::verify {
 namespace {
 
-constexpr uint32_t kLookEvery = 1u << 14;  // states, at limits and progress
+constexpr uint32_t kLookEvery = 1u << 14;  // states, to tell of progress
 
 }  // namespace
 
 CleaningGraph::CleaningGraph(CleaningWorld* world, const GraphOptions& options,
-                             std::vector<CleaningState> starts)
+                             const StartStates& starts)
     : world_(world),
       options_(options),
-      starts_(std::move(starts)),
-      keys_(*world, options.key, starts_),
-      states_(keys_.words()) {}
+      starts_(starts),
+      keys_(*world, options.key, starts.soil_percent()),
+      states_(keys_.words()),
+      moment_(*world, options.key, starts.soil_percent()) {}
 
 bool CleaningGraph::Explore() {
-  for (const CleaningState& start : starts_) {
+  starts_.Each([&](const CleaningState& start) {
     Add(0, start, nullptr);
-  }
-  bool gives_up = false;
+    return GoesOn(0);
+  });
   for (uint32_t from = 0; from < states_.size() && wrong_.empty(); ++from) {
-    gives_up = gives_up || !GoesOn(from);
     if (options_.has_longest) {
       first_step_.push_back(static_cast<uint32_t>(targets_.size()));
-    } else if (gives_up) {
+    } else if (gave_up_) {
       break;
     }
-    if (gives_up) {
+    if (gave_up_) {
       continue;  // as an end
     }
     const CleaningState state = keys_.Unpack(states_[from]);
-    if (IsEnd(state)) {
-      continue;
-    }
-    if (!Expand(state)) {
-      Fail("nothing can happen any more", from);
-    }
-    for (const CleaningSuccessor& outcome : outcomes_) {
-      Add(from, outcome.state, &outcome.step);
+    if (!IsEnd(state)) {
+      Expand(from, state);
     }
   }
   first_step_.push_back(static_cast<uint32_t>(targets_.size()));
-  return wrong_.empty() && !gives_up;
+  return wrong_.empty() && !gave_up_;
 }
 
-bool CleaningGraph::GoesOn(uint32_t explored) const {
+// Looked at before each step: what comes of one is at most some ten thousand states, of six robots
+// that may each take many different times.
+bool CleaningGraph::GoesOn(uint32_t explored) {
   const SearchLimits& limits = options_.limits;
-  // A state has a handful of successors at most, which are numbered before the next look.
-  constexpr size_t kMaxSteps = StateSet::kMaxStates - 1'000;
-  if (states_.size() > std::min(limits.max_states, kMaxSteps) || targets_.size() > kMaxSteps) {
-    return false;
-  }
-  if (explored % kLookEvery != 0) {
-    return true;
-  }
+  constexpr size_t kMaxSteps = StateSet::kMaxStates - 100'000;
   const size_t now = bytes();
-  return now <= limits.max_bytes &&
-         (!limits.progress || limits.progress({explored, states_.size(), now}));
+  gave_up_ = states_.size() > std::min(limits.max_states, kMaxSteps) ||
+             targets_.size() > kMaxSteps || now > limits.max_bytes ||
+             (++looks_ % kLookEvery == 0 && limits.progress &&
+              !limits.progress({explored, states_.size(), now}));
+  return !gave_up_;
 }
 
 size_t CleaningGraph::bytes() const {
   return states_.bytes() + came_from_.bytes() + first_step_.bytes() + targets_.bytes() +
-         infos_.bytes() + (options_.has_longest ? states_.size() * lanes() * sizeof(uint16_t) : 0);
+         infos_.bytes() + moment_.bytes() + outcomes_.bytes() +
+         next_.capacity() * sizeof(CleaningSuccessor) +
+         (options_.has_longest ? states_.size() * lanes() * sizeof(uint16_t) : 0);
 }
 
 bool CleaningGraph::IsEnd(const CleaningState& state) const {
@@ -102,37 +96,33 @@ std::string CleaningGraph::WhatIsWrongIn(const CleaningState& state, int time) c
   return wrong;
 }
 
-// What may come of a state, in outcomes_: its successors, or, reduced, what may come of its moment.
-// False if there is a state after which nothing can happen.
-bool CleaningGraph::Expand(const CleaningState& state) {
-  outcomes_.clear();
-  moment_.assign(1, state);
-  while (!moment_.empty()) {
-    const CleaningState from = moment_.back();
-    moment_.pop_back();
-    world_->Next(from, &next_);
+// Adds what may come of a state: its successors, or, reduced, what may come of its moment.
+void CleaningGraph::Expand(uint32_t from, const CleaningState& first) {
+  outcomes_.Clear();
+  moment_.Begin(first);
+  for (CleaningState state; moment_.Take(&state) && GoesOn(from);) {
+    world_->Next(state, &next_);
     if (next_.empty()) {
-      return false;
+      Fail("nothing can happen any more", from);
     }
     for (const CleaningSuccessor& next : next_) {
       const bool is_on_the_way = world_->limits().reduced && next.step.passed == 0 &&
                                  !IsEnd(next.state) &&
                                  WhatIsWrongIn(next.state, next.state.clock).empty();
       if (is_on_the_way) {
-        moment_.push_back(next.state);
+        moment_.Add(next.state);
       } else {
-        outcomes_.push_back(next);
+        Add(from, next.state, &next.step);
       }
     }
   }
-  return true;
 }
 
 void CleaningGraph::Add(uint32_t from, const CleaningState& state, const CleaningStep* step) {
   const CleaningKeys::Packed packed = keys_.Pack(state);
   const auto [number, is_new] = states_.Insert(packed.key.data());
   if (step != nullptr) {
-    AddStep(from, number, static_cast<uint16_t>(step->passed | packed.way << kWayShift));
+    AddStep(number, static_cast<uint16_t>(step->passed | packed.way << kWayShift));
   }
   if (!is_new) {
     return;
@@ -146,12 +136,11 @@ void CleaningGraph::Add(uint32_t from, const CleaningState& state, const Cleanin
   }
 }
 
-void CleaningGraph::AddStep(uint32_t from, uint32_t to, uint16_t info) {
-  if (options_.has_longest && world_->limits().reduced) {  // in another order to the same
-    for (size_t step = first_step_[from]; step < targets_.size(); ++step) {
-      if (targets_[step] == to && infos_[step] == info) {
-        return;
-      }
+void CleaningGraph::AddStep(uint32_t to, uint16_t info) {
+  if (world_->limits().reduced) {  // in another order to the same
+    const uint64_t outcome = uint64_t{to} << 32 | info;
+    if (!outcomes_.Insert(&outcome).second) {
+      return;
     }
   }
   ++steps_;
@@ -217,15 +206,17 @@ std::vector<CleaningMoment> CleaningGraph::TraceTo(uint32_t state,
     path.insert(path.begin(), state);
   }
   std::vector<CleaningMoment> trace;
-  for (const CleaningState& start : starts_) {
-    if (trace.empty() && IsState(start, state)) {
+  starts_.Each([&](const CleaningState& start) {
+    if (IsState(start, state)) {
       trace.push_back({{}, start, 0});
     }
-  }
+    return trace.empty();
+  });
   int time = 0;
   std::vector<CleaningSuccessor> way;
   for (const uint32_t to : path) {  // with directions and robots as they were at the start
     way.clear();
+    moment_.Begin(trace.back().state);
     const bool is_found = FindWay(trace.back().state, to, &way);
     assert(is_found);
     static_cast<void>(is_found);
@@ -244,8 +235,8 @@ bool CleaningGraph::FindWay(const CleaningState& from, uint32_t to,
   world_->NextInAllOrders(from, &all);
   for (const CleaningSuccessor& next : all) {
     way->push_back(next);
-    if (IsState(next.state, to) ||
-        (world_->limits().reduced && next.step.passed == 0 && FindWay(next.state, to, way))) {
+    if (IsState(next.state, to) || (world_->limits().reduced && next.step.passed == 0 &&
+                                    moment_.Add(next.state) && FindWay(next.state, to, way))) {
       return true;
     }
     way->pop_back();

@@ -1,7 +1,8 @@
 // All states of a CleaningWorld and the steps between them, breadth first; and in this graph the
 // longest that something can take.
 //
-//   CleaningGraph graph(&world, {.key = {.symmetric = true}}, {world.Start({5, 6})});
+//   const CleaningStarts starts = {{5, 6}};
+//   CleaningGraph graph(&world, {}, StartStates(&world, &starts));
 //   if (graph.Explore()) {
 //     std::vector<uint32_t> cycle;  // and `first`
 //     const std::vector<int> gaps = graph.LongestGaps(zones, &first, &cycle);
@@ -9,7 +10,8 @@
 // If the world's limits are `reduced`, only the states are kept from which time has passed, and not
 // those on the way through a moment, unless they are what is looked for.
 //
-// For millions of states: see state_set.h for the memory; a step takes 6 bytes more.
+// For millions of states: see state_set.h for the memory; a step takes 6 bytes more. What happens
+// within a moment counts, too, as long as it is being explored.
 #pragma once
 
 #include <cstddef>
@@ -20,6 +22,8 @@
 #include <vector>
 
 #include "client_fw/verify/cleaning_key.h"
+#include "client_fw/verify/cleaning_moment.h"
+#include "client_fw/verify/cleaning_starts.h"
 #include "client_fw/verify/cleaning_trace.h"
 #include "client_fw/verify/cleaning_world.h"
 #include "client_fw/verify/state_set.h"
@@ -58,9 +62,8 @@ struct LongestWay {
 
 class CleaningGraph {
  public:
-  /// `world` outlives the graph.
-  CleaningGraph(CleaningWorld* world, const GraphOptions& options,
-                std::vector<CleaningState> starts);
+  /// `world`, and what `starts` need, outlive the graph.
+  CleaningGraph(CleaningWorld* world, const GraphOptions& options, const StartStates& starts);
 
   /// False if something is wrong: then `wrong` and `last` say what and where. Also false with an
   /// empty `wrong`: beyond the limits.
@@ -112,14 +115,14 @@ class CleaningGraph {
     return (keys_.Cleaned(states_[state]) >> zone & 1) != 0;
   }
 
-  bool GoesOn(uint32_t explored) const;
+  bool GoesOn(uint32_t explored);
   bool IsEnd(const CleaningState& state) const;
   void Fail(std::string wrong, uint32_t state);
   bool IsTooDirty(const CleaningState& state, int time, size_t zone) const;
   std::string WhatIsWrongIn(const CleaningState& state, int time) const;
-  bool Expand(const CleaningState& state);
+  void Expand(uint32_t from, const CleaningState& first);
   void Add(uint32_t from, const CleaningState& state, const CleaningStep* step);
-  void AddStep(uint32_t from, uint32_t to, uint16_t info);
+  void AddStep(uint32_t to, uint16_t info);
   bool FindWay(const CleaningState& from, uint32_t to, std::vector<CleaningSuccessor>* way);
   bool IsState(const CleaningState& state, uint32_t number) const;
   int LongestAfter(uint32_t state, uint8_t zone, std::vector<uint32_t>* cycle);
@@ -132,9 +135,11 @@ class CleaningGraph {
 
   CleaningWorld* world_;
   GraphOptions options_;
-  std::vector<CleaningState> starts_;
+  StartStates starts_;
   CleaningKeys keys_;
   StateSet states_;
+  bool gave_up_ = false;
+  size_t looks_ = 0;
   uint32_t starts_count_ = 0;  // they are the first states
   size_t unfolded_ = 0;
   size_t steps_ = 0;
@@ -146,8 +151,8 @@ class CleaningGraph {
   std::string wrong_;
   uint32_t last_ = 0;
   std::vector<CleaningSuccessor> next_;
-  std::vector<CleaningState> moment_;        // of Expand: what may still happen in it
-  std::vector<CleaningSuccessor> outcomes_;  // of Expand
+  MomentStates moment_;        // of Expand and FindWay
+  SmallStateSet outcomes_{1};  // of Expand: targets and infos of its steps
   std::vector<uint16_t> values_;
   std::vector<Frame> frames_;
 };

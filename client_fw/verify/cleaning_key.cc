@@ -18,21 +18,24 @@ uint8_t BitsFor(uint64_t most) {
   return static_cast<uint8_t>(std::bit_width(most));
 }
 
+// Rates count where soil does; all else that a search is about is the same everywhere.
+std::vector<ZoneMap> MapsOf(const CleaningLimits& limits, const KeyParts& parts) {
+  if (!parts.symmetric) {
+    return {LeaveAsItIs()};
+  }
+  return FloorSymmetries(limits.Floor(), parts.soil ? limits.rates_percent : std::vector<int>(),
+                         limits.closed);
+}
+
 }  // namespace
 
-CleaningKeys::CleaningKeys(const CleaningWorld& world, const KeyParts& parts,
-                           const std::vector<CleaningState>& starts)
+CleaningKeys::CleaningKeys(const CleaningWorld& world, const KeyParts& parts, int soil_percent)
     : zones_(world.zones()),
       robots_(static_cast<size_t>(world.limits().robots)),
       parts_(parts),
       has_asks_(world.limits().asks > 0),
-      maps_(FloorSymmetries(world.limits().Floor(),
-                            parts.soil ? world.limits().rates_percent : std::vector<int>(),
-                            world.limits().closed)),
+      maps_(MapsOf(world.limits(), parts)),
       zone_bits_(BitsFor(zones_ - 1)) {
-  if (!parts_.symmetric) {
-    maps_.resize(1);
-  }
   const CleaningLimits& limits = world.limits();
   timer_bits_ = BitsFor(static_cast<uint64_t>(
       std::max({limits.clean_max, limits.move_max, limits.wait, limits.lease})));
@@ -53,7 +56,7 @@ CleaningKeys::CleaningKeys(const CleaningWorld& world, const KeyParts& parts,
   for (size_t zone = 0; zone < zones_; ++zone) {
     rank_[zone] = Reserve(BitsFor(world.limits().passers_by ? zones_ : zones_ - 1));
   }
-  FindLevels(world, starts);
+  FindLevels(world, soil_percent);
   assert(words_ <= kMaxWords);
 }
 
@@ -68,8 +71,7 @@ CleaningKeys::Place CleaningKeys::Reserve(size_t wanted) {
   return place;
 }
 
-void CleaningKeys::FindLevels(const CleaningWorld& world,
-                              const std::vector<CleaningState>& starts) {
+void CleaningKeys::FindLevels(const CleaningWorld& world, int soil_percent) {
   for (size_t zone = 0; zone < zones_; ++zone) {
     if ((parts_.leveled >> zone & 1) == 0) {
       continue;
@@ -82,10 +84,8 @@ void CleaningKeys::FindLevels(const CleaningWorld& world,
       }
     };
     add(0);
-    for (const CleaningState& start : starts) {  // those of zones that it may be turned to, too
-      for (const ZoneMap& map : maps_) {
-        add(start.level[map[zone]]);
-      }
+    if (!world.IsClosed(zone)) {
+      add(static_cast<uint8_t>(soil_percent));
     }
     for (size_t code = 0; code < levels.size(); ++code) {
       level_code_[zone][levels[code]] = static_cast<uint8_t>(code);

@@ -2,7 +2,7 @@
 // what does not matter are equal: robots are interchangeable and, where nothing depends on the
 // place, so are the ways to lay the floor onto itself.
 //
-//   CleaningKeys keys(world, {.symmetric = true}, starts);
+//   CleaningKeys keys(world, {.symmetric = true}, /*soil_percent=*/0);
 //   const auto packed = keys.Pack(state);   // packed.key, and how the floor was turned
 //   const CleaningState same = keys.Unpack(packed.key.data());
 //
@@ -38,9 +38,8 @@ class CleaningKeys {
     uint8_t equal = 0;  ///< how many symmetries do
   };
 
-  /// The levels that zones can have follow from those of the starts.
-  CleaningKeys(const CleaningWorld& world, const KeyParts& parts,
-               const std::vector<CleaningState>& starts);
+  /// `soil_percent`: of the starts, from which the levels that zones can have follow.
+  CleaningKeys(const CleaningWorld& world, const KeyParts& parts, int soil_percent);
 
   size_t words() const { return words_; }
   const std::vector<ZoneMap>& maps() const { return maps_; }
@@ -65,7 +64,7 @@ class CleaningKeys {
   };
 
   Place Reserve(size_t wanted);
-  void FindLevels(const CleaningWorld& world, const std::vector<CleaningState>& starts);
+  void FindLevels(const CleaningWorld& world, int soil_percent);
   void PackAs(const CleaningState& state, const ZoneMap& map, Key* key) const;
   CleanerPhase PhaseOf(uint64_t bits) const { return static_cast<CleanerPhase>(bits & 7); }
 

@@ -1,51 +1,65 @@
 #include "client_fw/verify/cleaning_levels.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace pheromone::verify {
 namespace {
 
-constexpr size_t kCheckEvery = size_t{1} << 14;  // states, limits and progress
+constexpr size_t kCheckEvery = size_t{1} << 12;  // steps, limits and progress
+
+KeyParts WithAllLevels(const CleaningWorld& world) {
+  return {.soil = true, .leveled = (uint64_t{1} << world.zones()) - 1};
+}
 
 }  // namespace
 
-bool LevelSearch::Run(const std::vector<CleaningState>& starts) {
+LevelSearch::LevelSearch(CleaningWorld* world, const LevelBounds& bounds, const StartStates& starts,
+                         const SearchLimits& limits)
+    : world_(world),
+      bounds_(bounds),
+      starts_(starts),
+      limits_(limits),
+      keys_(*world, {.soil = true}, starts.soil_percent()),
+      moment_(*world, WithAllLevels(*world), starts.soil_percent()) {}
+
+bool LevelSearch::Run() {
   highest_.assign(world_->zones(), 0);
-  for (const CleaningState& start : starts) {
-    if (!CheckLevels(start)) {
-      return false;
+  bool is_good = true;
+  starts_.Each([&](const CleaningState& start) {
+    is_good = CheckLevels(start) && GoesOn();
+    if (is_good) {
+      Keep(start);
+      ++unchecked_;
     }
-    Keep(start);
-  }
-  while (!layers_.empty() && layers_.begin()->first < bounds_.horizon) {
+    return is_good;
+  });
+  while (is_good && !layers_.empty() && layers_.begin()->first < bounds_.horizon) {
     const auto layer = layers_.extract(layers_.begin());
-    max_bytes_ = std::max(max_bytes_, layer.mapped().bytes());
+    layer_bytes_ = layer.mapped().bytes();
+    max_bytes_ = std::max(max_bytes_, layer_bytes_);
     const StateSet& states = layer.mapped().states;
     const std::vector<uint8_t>& levels = layer.mapped().levels;
-    for (size_t number = 0; number < states.size(); ++number) {
-      if (explored_++ % kCheckEvery == 0) {
-        size_t bytes = layer.mapped().bytes();
-        for (const auto& [time, later] : layers_) {
-          bytes += later.bytes();
-        }
-        if (!GoesOn(bytes)) {
-          return false;
-        }
-      }
+    for (size_t number = 0; number < states.size() && is_good; ++number) {
+      ++explored_;
       CleaningState state = keys_.Unpack(states[number]);
       std::copy_n(levels.begin() + static_cast<ptrdiff_t>(number * world_->zones()),
                   world_->zones(), state.level.begin());
       state.clock = layer.key();
-      if (!Explore(state)) {
-        return false;
-      }
+      is_good = Explore(state);
     }
   }
-  return true;
+  return is_good;
 }
 
-bool LevelSearch::GoesOn(size_t bytes) {
+bool LevelSearch::GoesOn() {
+  if (unchecked_ < kCheckEvery) {
+    return true;
+  }
+  unchecked_ = 0;
+  size_t bytes = layer_bytes_ + moment_.bytes() + next_.capacity() * sizeof(CleaningSuccessor);
+  for (const auto& [time, later] : layers_) {
+    bytes += later.bytes();
+  }
   max_bytes_ = std::max(max_bytes_, bytes);
   return bytes <= limits_.max_bytes && states_ <= limits_.max_states &&
          (!limits_.progress || limits_.progress({explored_, states_, bytes}));
@@ -70,18 +84,20 @@ void LevelSearch::Keep(const CleaningState& state) {
 
 // All that may happen at the time of a state.
 bool LevelSearch::Explore(const CleaningState& first) {
-  moment_.assign(1, first);
-  while (!moment_.empty()) {
-    const CleaningState state = moment_.back();
-    moment_.pop_back();
+  moment_.Begin(first);
+  for (CleaningState state; moment_.Take(&state);) {
+    if (!GoesOn()) {
+      return false;
+    }
     world_->Next(state, &next_);
     steps_ += next_.size();
+    unchecked_ += next_.size();
     for (const CleaningSuccessor& next : next_) {
       if (!IsGood(state.clock, next)) {
         return false;
       }
       if (next.step.passed == 0) {
-        moment_.push_back(next.state);
+        moment_.Add(next.state);
       } else if (next.state.clock < bounds_.horizon) {
         Keep(next.state);
       }

@@ -1,8 +1,9 @@
 // How dirty zones can become until a horizon: a search through all states of a CleaningWorld, from
 // moment to moment.
 //
-//   LevelSearch search(&world, {.below = 51, .horizon = 240}, {});
-//   if (!search.Run(starts)) ...               // search.wrong() says what happens when
+//   const StartStates starts(&world, &zones, /*soil_percent=*/20);
+//   LevelSearch search(&world, {.below = 51, .horizon = 240}, starts, {});
+//   if (!search.Run()) ...                     // search.wrong() says what happens when
 //   search.highest()[4];                       // of zone 5, in %
 //
 // Robots decide by time stamps, never by soil. So states that differ in levels alone are one, with
@@ -11,11 +12,10 @@
 // can truly have, though not all zones at once. For "all zones are below a level at all times" this
 // is exact; for "all are below at the same time" it would not be.
 //
-// A state is kept until all steps of its moment are done; what happens within a moment is not kept
-// at all. Memory is that of the states in the time that the longest step takes.
+// A state is kept until all steps of its moment are done; what happens within a moment is kept only
+// as long. Memory is that of the states in the time that the longest step takes.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -24,6 +24,8 @@
 
 #include "client_fw/verify/cleaning_graph.h"
 #include "client_fw/verify/cleaning_key.h"
+#include "client_fw/verify/cleaning_moment.h"
+#include "client_fw/verify/cleaning_starts.h"
 #include "client_fw/verify/cleaning_world.h"
 #include "client_fw/verify/state_set.h"
 
@@ -36,13 +38,12 @@ struct LevelBounds {
 
 class LevelSearch {
  public:
-  /// `world` outlives the search.
-  LevelSearch(CleaningWorld* world, const LevelBounds& bounds, const SearchLimits& limits)
-      : world_(world), bounds_(bounds), limits_(limits), keys_(*world, {.soil = true}, {}) {}
+  /// `world`, and what `starts` need, outlive the search.
+  LevelSearch(CleaningWorld* world, const LevelBounds& bounds, const StartStates& starts,
+              const SearchLimits& limits);
 
-  /// False if something is wrong, or with an empty `wrong` beyond the limits. All starts are at
-  /// time 0, with levels.
-  bool Run(const std::vector<CleaningState>& starts);
+  /// False if something is wrong, or with an empty `wrong` beyond the limits.
+  bool Run();
 
   const std::string& wrong() const { return wrong_; }
   int wrong_time() const { return wrong_time_; }                ///< the first one
@@ -62,7 +63,7 @@ class LevelSearch {
     size_t bytes() const { return states.bytes() + levels.capacity(); }
   };
 
-  bool GoesOn(size_t bytes);
+  bool GoesOn();
   void Keep(const CleaningState& state);
   bool Explore(const CleaningState& first);
   bool IsGood(int time, const CleaningSuccessor& next);
@@ -70,10 +71,12 @@ class LevelSearch {
 
   CleaningWorld* world_;
   LevelBounds bounds_;
+  StartStates starts_;
   SearchLimits limits_;
   CleaningKeys keys_;
-  std::map<uint16_t, Layer> layers_;   // by their time
-  std::vector<CleaningState> moment_;  // what may still happen in it
+  MomentStates moment_;               // with levels
+  std::map<uint16_t, Layer> layers_;  // by their time
+  size_t layer_bytes_ = 0;            // of the one that is being explored
   std::vector<CleaningSuccessor> next_;
   std::string wrong_;
   int wrong_time_ = 0;
@@ -82,6 +85,7 @@ class LevelSearch {
   size_t states_ = 0;
   size_t steps_ = 0;
   size_t explored_ = 0;
+  size_t unchecked_ = 0;  // steps since the last look at limits
   size_t max_bytes_ = 0;
 };
 

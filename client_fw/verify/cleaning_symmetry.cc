@@ -1,6 +1,6 @@
 #include "client_fw/verify/cleaning_symmetry.h"
 
-#include <algorithm>
+#include <numeric>
 
 namespace pheromone::verify {
 namespace {
@@ -73,6 +73,12 @@ class SymmetrySearch {
 };
 
 }  // namespace
+
+ZoneMap LeaveAsItIs() {
+  ZoneMap map{};
+  std::iota(map.begin(), map.end(), uint8_t{0});
+  return map;
+}
 
 std::vector<ZoneMap> FloorSymmetries(const CleaningNeighbours& floor,
                                      const std::vector<int>& rates_percent, uint64_t closed) {

@@ -19,6 +19,9 @@ namespace pheromone::verify {
 /// Where each zone goes.
 using ZoneMap = std::array<uint8_t, kMaxZones>;
 
+/// Each to itself.
+ZoneMap LeaveAsItIs();
+
 /// More are of no use: each state is turned in all of them.
 constexpr size_t kMaxSymmetries = 16;
 

@@ -3,7 +3,6 @@
 //   for (const CleaningMoment& moment : trace) ... StepText(moment.step)   // "A claims zone 3"
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <vector>
 

@@ -121,6 +121,11 @@ CleaningWorld::CleaningWorld(const CleaningLimits& limits)
       in_sight_[zone] |= Bit(beside);
     }
   }
+  for (size_t from = 0; from < zones_; ++from) {
+    for (size_t zone = 0; zone < zones_; ++zone) {
+      compared_[zone] |= (in_sight_[from] >> zone & 1) != 0 ? in_sight_[from] & ~Bit(zone) : 0;
+    }
+  }
 }
 
 CleaningState CleaningWorld::Start(const std::vector<uint8_t>& robots_in) const {
@@ -134,19 +139,19 @@ CleaningState CleaningWorld::Start(const std::vector<uint8_t>& robots_in) const 
   return state;
 }
 
-std::vector<std::vector<uint8_t>> CleaningWorld::AllStarts() const {
-  std::vector<std::vector<uint8_t>> starts;
+void CleaningWorld::EachStart(const std::function<bool(const std::vector<uint8_t>&)>& visit) const {
   std::vector<uint8_t> start(robots_);
   while (true) {
-    if (std::none_of(start.begin(), start.end(), [&](uint8_t zone) { return IsClosed(zone); })) {
-      starts.push_back(start);
+    if (std::none_of(start.begin(), start.end(), [&](uint8_t zone) { return IsClosed(zone); }) &&
+        !visit(start)) {
+      return;
     }
     size_t robot = robots_;
     while (robot > 0 && start[robot - 1] + 1u == zones_) {
       --robot;
     }
     if (robot == 0) {
-      return starts;
+      return;
     }
     std::fill(start.begin() + static_cast<ptrdiff_t>(robot - 1), start.end(),
               static_cast<uint8_t>(start[robot - 1] + 1));
@@ -537,6 +542,59 @@ void CleaningWorld::Tidy(CleaningState* state) const {
     rank = ForgetsOccupied() && (occupied >> zone & 1) != 0
                ? 0
                : static_cast<uint8_t>(std::popcount(used & (Bit(rank) - 1)));
+  }
+  if (limits_.reduced && !limits_.passers_by) {
+    RankBySight((Bit(zones_) - 1) & ~(ForgetsOccupied() ? occupied : 0), state);
+  }
+}
+
+// Robots compare time stamps of zones that they see at the same time, and of others never. So of
+// the order of all stamps only that part counts, now and, since a new stamp is newer than all,
+// later. Of all orders that agree in it, this is the one with the least ranks. Stamps of the
+// present time keep one rank, as long as more of them may come.
+void CleaningWorld::RankBySight(uint64_t free, CleaningState* state) const {
+  const auto each = [](uint64_t zones, const auto& visit) {
+    for (; zones != 0; zones &= zones - 1) {
+      visit(static_cast<size_t>(std::countr_zero(zones)));
+    }
+  };
+  std::array<uint64_t, kMaxZones> of_rank{};
+  uint8_t newest = 0;
+  each(free, [&](size_t zone) {
+    of_rank[state->rank[zone]] |= Bit(zone);
+    newest = std::max(newest, state->rank[zone]);
+  });
+  uint64_t done = 0;
+  uint8_t highest = 0;
+  for (size_t rank = 0; rank <= newest; ++rank) {
+    const uint64_t equal = of_rank[rank];
+    if (rank == newest && state->is_newest_now) {
+      each(equal, [&](size_t zone) {
+        state->rank[zone] = done == 0 ? uint8_t{0} : static_cast<uint8_t>(highest + 1);
+      });
+      break;
+    }
+    each(equal, [&](size_t zone) {
+      uint8_t least = 0;
+      each(compared_[zone] & done, [&](size_t older) {
+        least = std::max(least, static_cast<uint8_t>(state->rank[older] + 1));
+      });
+      state->rank[zone] = least;
+    });
+    // Equals that are compared, some of them by way of others, stay equal.
+    for (bool is_changed = true; is_changed;) {
+      is_changed = false;
+      each(equal, [&](size_t zone) {
+        each(compared_[zone] & equal, [&](size_t other) {
+          if (state->rank[other] > state->rank[zone]) {
+            state->rank[zone] = state->rank[other];
+            is_changed = true;
+          }
+        });
+      });
+    }
+    each(equal, [&](size_t zone) { highest = std::max(highest, state->rank[zone]); });
+    done |= equal;
   }
 }
 

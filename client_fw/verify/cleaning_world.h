@@ -18,6 +18,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -66,7 +67,7 @@ struct CleaningLimits {
   std::vector<int> rates_percent{};  ///< by zone, of soil in each step; empty: there is none
   int soiling_step = kSoilingStep;   ///< time after which zones become dirtier, again and again
   /// Of steps that are due at the same time, only those orders that may differ in what they lead
-  /// to: see ToExplore.
+  /// to (see ToExplore), and of time stamps only what robots can compare (see RankBySight).
   bool reduced = false;
 
   CleaningNeighbours Floor() const {
@@ -145,8 +146,9 @@ class CleaningWorld {
 
   /// Robots about to decide in these zones, all zones cleaned at the same time.
   CleaningState Start(const std::vector<uint8_t>& robots_in) const;
-  /// All unordered choices of zones to start in, but for closed ones.
-  std::vector<std::vector<uint8_t>> AllStarts() const;
+  /// All unordered choices of zones to start in, but for closed ones, one after the other, until
+  /// `visit` returns false.
+  void EachStart(const std::function<bool(const std::vector<uint8_t>&)>& visit) const;
 
   /// Zones become no dirtier than this: for a search to which all that is more is the same.
   void LimitSoil(int full_percent) { full_percent_ = full_percent; }
@@ -204,12 +206,15 @@ class CleaningWorld {
   uint8_t Advance(CleaningState* state);
   int TimeToNext(const CleaningState& state) const;
   void Visit(CleaningAction action, size_t robot, size_t zone, CleaningState state);
+  void RankBySight(uint64_t free, CleaningState* state) const;
 
   CleaningLimits limits_;
   size_t zones_;
   size_t robots_;
   CleaningNeighbours neighbours_;
   std::array<uint64_t, kMaxZones> in_sight_{};  // of a zone: itself and those beside it, as bits
+  // Of a zone: those that some robot sees together with it, as bits.
+  std::array<uint64_t, kMaxZones> compared_{};
   int full_percent_ = kFullPercent;
   CleaningTag tag_;
   std::vector<CleaningSuccessor>* next_ = nullptr;  // of the current Next

@@ -4,6 +4,7 @@
 //   StateSet states(/*words=*/2);
 //   const auto [number, is_new] = states.Insert(key);  // of two words
 //   const uint64_t* same = states[number];
+//   states.Clear();                                    // as long as what was in it
 //
 // Memory is that of the keys and from 6 to 12 bytes for each. Not thread-safe.
 #pragma once
@@ -18,8 +19,10 @@
 
 namespace pheromone::verify {
 
-/// A vector that grows without being copied, of items of `width` values each.
-template <typename T>
+constexpr size_t kLargeChunk = size_t{1} << 16;
+
+/// A vector that grows by `kChunk` without being copied, of items of `width` values each.
+template <typename T, size_t kChunk = kLargeChunk>
 class Chunked {
  public:
   explicit Chunked(size_t width = 1) : width_(width) {}
@@ -29,27 +32,28 @@ class Chunked {
   const T* item(size_t i) const { return &chunks_[i / kChunk][i % kChunk * width_]; }
   const T& operator[](size_t i) const { return *item(i); }
   void Add(const T* values) {
-    if (size_ % kChunk == 0) {
+    if (size_ == chunks_.size() * kChunk) {
       chunks_.push_back(std::make_unique_for_overwrite<T[]>(kChunk * width_));
     }
-    std::copy_n(values, width_, &chunks_.back()[size_++ % kChunk * width_]);
+    std::copy_n(values, width_, &chunks_[size_ / kChunk][size_ % kChunk * width_]);
+    ++size_;
   }
   void push_back(const T& value) { Add(&value); }
+  void pop_back() { --size_; }  ///< its memory is kept
 
  private:
-  static constexpr size_t kChunk = size_t{1} << 16;
-
   size_t width_;
   std::vector<std::unique_ptr<T[]>> chunks_;
   size_t size_ = 0;
 };
 
-class StateSet {
+/// Of up to kMaxStates: beyond, a state has no number. To be seen to before Insert.
+template <size_t kChunk>
+class BasicStateSet {
  public:
-  /// Beyond, a state has no number: to be seen to before Insert.
   static constexpr size_t kMaxStates = std::numeric_limits<uint32_t>::max() - 1;
 
-  explicit StateSet(size_t words) : words_(words), keys_(words), places_(1024, kNone) {}
+  explicit BasicStateSet(size_t words) : words_(words), keys_(words), places_(kChunk, kNone) {}
 
   size_t size() const { return keys_.size(); }
   size_t bytes() const { return keys_.bytes() + places_.size() * sizeof(uint32_t); }
@@ -67,6 +71,14 @@ class StateSet {
     place = static_cast<uint32_t>(keys_.size());
     keys_.Add(key);
     return {place, true};
+  }
+
+  /// Keeps the memory.
+  void Clear() {
+    // The last one first: so none is on the way to another that is still there.
+    for (; size() > 0; keys_.pop_back()) {
+      places_[Find(keys_.item(size() - 1))] = kNone;
+    }
   }
 
  private:
@@ -100,8 +112,11 @@ class StateSet {
   }
 
   size_t words_;
-  Chunked<uint64_t> keys_;
+  Chunked<uint64_t, kChunk> keys_;
   std::vector<uint32_t> places_;  // a power of two of them
 };
+
+using StateSet = BasicStateSet<kLargeChunk>;
+using SmallStateSet = BasicStateSet<256>;  ///< emptied often, and most of the time small
 
 }  // namespace pheromone::verify

@@ -158,9 +158,10 @@ std::set<std::string> StatesOfTheCode(const CleaningLimits& limits) {
       waiting.push_back(state);
     }
   };
-  for (const std::vector<uint8_t>& start : world.AllStarts()) {
+  world.EachStart([&](const std::vector<uint8_t>& start) {
     add(world.Start(start));
-  }
+    return true;
+  });
   std::vector<CleaningSuccessor> next;
   while (!waiting.empty()) {
     const CleaningState state = waiting.back();

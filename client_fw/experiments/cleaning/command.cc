@@ -172,14 +172,14 @@ void AddFloorOptions(CLI::App* command, const std::vector<CLI::Option*>& in_file
       "--prove", options->prove.file,
       "Prove what robots do on the floor of this file, in all states that they can come to");
   floor->type_name("FILE")->excludes(sweep);
-  prove->type_name("FILE")->excludes(sweep)->excludes(floor);
+  prove->type_name("FILE");
   for (CLI::Option* option : in_file) {
-    option->excludes(floor)->excludes(prove);
+    option->excludes(floor);
   }
   CLI::Option* server = command->add_flag(
       "--server-config", options->server_config,
       "Print the configuration of a server for --daemon, with a tag in each zone, and end");
-  server->excludes(sweep)->excludes(prove);
+  server->excludes(sweep);
   command
       ->add_option("--daemon", options->ports,
                    "Run in real time against a running server of that configuration: for each "
@@ -188,8 +188,13 @@ void AddFloorOptions(CLI::App* command, const std::vector<CLI::Option*>& in_file
       ->check(TerminalDevice())
       ->type_name("PORT[,PORT...]")
       ->excludes(sweep)
-      ->excludes(prove)
       ->excludes(server);
+  // A proof is about what the file says.
+  for (CLI::Option* option : command->get_options()) {
+    if (option != prove && option != command->get_help_ptr() && option->get_name() != "--out") {
+      option->excludes(prove);
+    }
+  }
   command
       ->add_option("--query", options->prove.queries,
                    "With --prove: of clean, bounded, for-ever, forgotten and crash only these")

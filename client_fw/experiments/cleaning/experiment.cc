@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -159,11 +158,11 @@ int64_t CleaningExperiment::LeaseSeconds() const {
 
 double CleaningExperiment::IdealCycleSeconds() const {
   const double move_s = grid.zone_m * 1000 / speed_mm_s;
-  return grid.zones() * (move_s + static_cast<double>(cleaning_ms) / 1000) / robots;
+  return open_zones() * (move_s + static_cast<double>(cleaning_ms) / 1000) / robots;
 }
 
 std::string WhatIsWrong(const CleaningExperiment& experiment) {
-  const int zones = experiment.grid.zones() - std::popcount(experiment.closed);
+  const int zones = experiment.open_zones();
   if (experiment.robots > zones) {
     return fmt::format("{} robots in {} zones, expected at most one in each", experiment.robots,
                        zones);
@@ -293,6 +292,9 @@ CleaningSummary Summarise(const CleaningExperiment& experiment, const CleaningRu
   double gaps_s = 0;
   uint64_t gaps = 0;
   for (int zone = 0; zone < experiment.grid.zones(); ++zone) {
+    if (experiment.IsClosed(zone)) {
+      continue;
+    }
     const double gap_s = static_cast<double>(WorstGap(zone, run.cleanings, end_ms).ms) / 1000;
     if (gap_s > summary.worst_gap_s) {
       summary.worst_gap_s = gap_s;
@@ -314,7 +316,7 @@ CleaningSummary Summarise(const CleaningExperiment& experiment, const CleaningRu
   if (summary.done > 0) {
     summary.turn_s =
         static_cast<double>(end_ms) / 1000 * experiment.robots / static_cast<double>(summary.done);
-    summary.cycle_s = summary.turn_s * experiment.grid.zones() / experiment.robots;
+    summary.cycle_s = summary.turn_s * experiment.open_zones() / experiment.robots;
   }
   return summary;
 }

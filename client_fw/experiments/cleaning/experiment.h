@@ -15,6 +15,7 @@
 // The seed determines all; the same seed gives the same run. Pure; any thread.
 #pragma once
 
+#include <bit>
 #include <csignal>
 #include <cstdint>
 #include <functional>
@@ -55,8 +56,10 @@ struct CleaningExperiment {
   int64_t sample_ms = 0;  ///< of the tracks; 0: none
 
   bool IsClosed(int zone) const { return zone < 64 && (closed >> zone & 1) != 0; }
+  int open_zones() const { return grid.zones() - std::popcount(closed); }
   int64_t LeaseSeconds() const;
-  /// Zones for each robot times the time for one: driving to the next at full speed, and cleaning.
+  /// Open zones for each robot times the time for one: driving to the next at full speed, and
+  /// cleaning.
   double IdealCycleSeconds() const;
 };
 
@@ -97,15 +100,15 @@ Result<CleaningRun> RunCleaningLive(const CleaningExperiment& experiment, uint64
 /// The configuration of a server for this floor, as TOML, with a pty for each channel.
 std::string ServerText(const CleaningExperiment& experiment);
 
-/// What a run comes to.
+/// What a run comes to. Closed zones do not count.
 struct CleaningSummary {
   uint64_t done = 0;           ///< cleanings
-  double worst_gap_s = 0;      ///< of all zones
+  double worst_gap_s = 0;      ///< of all open zones
   double mean_gap_s = 0;       ///< between two cleanings of a zone
   int worst_zone = 0;          ///< the one of worst_gap_s
   double highest_percent = 0;  ///< soil, of all zones and times
   double turn_s = 0;           ///< of a robot: from one cleaning to the next, and cleaning
-  double cycle_s = 0;          ///< zones for each robot times that
+  double cycle_s = 0;          ///< open zones for each robot times that
 };
 
 CleaningSummary Summarise(const CleaningExperiment& experiment, const CleaningRun& run);

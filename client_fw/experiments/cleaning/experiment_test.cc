@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <string>
-#include <vector>
 
 #include "client_fw/experiments/cleaning/model.h"
 #include "client_fw/experiments/cleaning/report.h"
@@ -117,6 +116,29 @@ TEST(CleaningExperimentTest, WhatCannotBeRunIsToldWithItsNumbers) {
   EXPECT_EQ(WhatIsWrong(experiment), "");
   experiment.switch_off = {2, 1000};
   EXPECT_EQ(WhatIsWrong(experiment), "there is no robot 3 to switch off");
+}
+
+// A zone that a sign closes is never cleaned: it would be the worst of all.
+TEST(CleaningReportTest, ClosedZonesDoNotCount) {
+  CleaningExperiment experiment;
+  experiment.grid = {.columns = 2, .rows = 2};
+  experiment.robots = 1;
+  experiment.closed = 0b1000;
+  experiment.duration_ms = 300'000;
+  CleaningRun run;
+  run.cleanings = {{.zone = 0, .begin_ms = 10'000, .end_ms = 20'000, .is_done = true},
+                   {.zone = 1, .begin_ms = 30'000, .end_ms = 40'000, .is_done = true},
+                   {.zone = 2, .begin_ms = 250'000, .end_ms = 260'000, .is_done = true}};
+  const CleaningSummary summary = Summarise(experiment, run);
+  EXPECT_EQ(summary.worst_zone, 0);
+  EXPECT_DOUBLE_EQ(summary.worst_gap_s, 280);
+  EXPECT_DOUBLE_EQ(summary.highest_percent, 45) << "of zone 3, after five steps";
+  EXPECT_DOUBLE_EQ(summary.turn_s, 100);
+  EXPECT_DOUBLE_EQ(summary.cycle_s, 300);
+  EXPECT_DOUBLE_EQ(experiment.IdealCycleSeconds(), 3 * (1 / 0.3 + 10));
+  EXPECT_NE(ToTable(experiment, run).find("\n   4  closed\n"), std::string::npos);
+  EXPECT_EQ(Lines(ZonesToCsv(experiment, run)), 1 + 3);
+  EXPECT_EQ(SoilToCsv(experiment, run).find("\n4,"), std::string::npos);
 }
 
 TEST(CleaningReportTest, TwoRobotsInOneZoneAreReported) {

@@ -125,6 +125,28 @@ class ProveTest(unittest.TestCase):
         # Round and round: four others are cleaned meanwhile, with a move before each and the own.
         self.assertEqual(answers["forgotten"]["units"], str(4 * (1 + 3) + 1), out)
 
+    def test_options_of_the_simulation_are_refused_by_name(self):
+        for option, value in (("--speed", "200"), ("--seed", "2"), ("--seconds", "60"), ("--slots", "4"),
+                              ("--switch-off-s", "9"), ("--switched-off", "1"), ("--baud", "57600"),
+                              ("--channels", "1"), ("--frame-loss-percent", "1"), ("--turnaround-ms", "2"),
+                              ("--server-delay-ms", "2"), ("--period-ms", "100"), ("--robots", "1"),
+                              ("--columns", "3"), ("--unit-s", "2"), ("--floor", "hall.toml")):
+            with self.subTest(option):
+                status, _, out = self.prove(toml(2, 2, 1, 5), option, value)
+                self.assertEqual(status, WRONG_FILE, out)
+                self.assertIn(option, out)
+                self.assertIn("--prove", out)
+
+    def test_five_robots_in_one_zone_use_no_more_than_their_memory(self):
+        text = (f"[floor]\ncolumns = 6\nrows = 5\n[robots]\ncount = 5\nstarts = {[[8] * 5]}\nclean_units = [1, 250]\n"
+                "move_units = [1, 250]\n")
+        for query in ("clean", "bounded", "forgotten"):
+            with self.subTest(query):
+                status, answers, out = self.prove(text, "--query", query, "--memory-mib", "10")
+                self.assertEqual(status, UNKNOWN, out)
+                self.assertEqual(answers[query]["verdict"], "unknown")
+                self.assertLess(int(answers[query]["bytes"]), 20 << 20)
+
     def test_what_is_wrong_in_a_file_is_said_with_its_line(self):
         status, _, out = self.prove("[floor]\ncolumns = 2\nrows = 2\nrates_percent = [1, 2, 3]\n"
                                     "[robots]\ncount = 2\nstarts = [[1, 5]]\n")

@@ -34,6 +34,10 @@ ZoneFigures FiguresOf(const CleaningExperiment& experiment, const CleaningRun& r
 std::string ToTable(const CleaningExperiment& experiment, const CleaningRun& run) {
   std::string table = "zone  rate  cleanings  longest gap, s  highest soil\n";
   for (int zone = 0; zone < experiment.grid.zones(); ++zone) {
+    if (experiment.IsClosed(zone)) {
+      table += fmt::format("{:4}  closed\n", zone + 1);
+      continue;
+    }
     const ZoneFigures figures = FiguresOf(experiment, run, zone);
     table += fmt::format(
         "{:4}  {:2} %  {:9}  {:14.1f}  {:10.0f} %{}\n", zone + 1, experiment.grid.RatePercent(zone),
@@ -60,6 +64,9 @@ std::string ToTable(const CleaningExperiment& experiment, const CleaningRun& run
 std::string ZonesToCsv(const CleaningExperiment& experiment, const CleaningRun& run) {
   std::string csv = "zone,x_m,y_m,rate_percent,cleanings,longest_gap_s,highest_percent\n";
   for (int zone = 0; zone < experiment.grid.zones(); ++zone) {
+    if (experiment.IsClosed(zone)) {
+      continue;
+    }
     const ZoneFigures figures = FiguresOf(experiment, run, zone);
     csv += fmt::format("{},{:g},{:g},{},{},{:.3f},{:g}\n", zone + 1, experiment.grid.CentreX(zone),
                        experiment.grid.CentreY(zone), experiment.grid.RatePercent(zone),
@@ -81,6 +88,9 @@ std::string CleaningsToCsv(const CleaningRun& run) {
 std::string SoilToCsv(const CleaningExperiment& experiment, const CleaningRun& run) {
   std::string csv = "zone,time_s,percent\n";
   for (int zone = 0; zone < experiment.grid.zones(); ++zone) {
+    if (experiment.IsClosed(zone)) {
+      continue;
+    }
     for (const SoilStep& step :
          SoilOf(experiment.grid, experiment.soil, zone, run.cleanings, experiment.duration_ms)) {
       csv += fmt::format("{},{:.3f},{:g}\n", zone + 1, InSeconds(step.time_ms), step.percent);

@@ -7,12 +7,12 @@
 
 namespace pheromone::swarm {
 
-/// A line for each zone: its rate, how often it was cleaned, the longest gap, the highest soil;
-/// then the swarm's figures, and what must not happen, if it did.
+/// A line for each zone: its rate, how often it was cleaned, the longest gap, the highest soil, or
+/// that it is closed; then the swarm's figures, and what must not happen, if it did.
 std::string ToTable(const CleaningExperiment& experiment, const CleaningRun& run);
 
-/// A header line, then a line for each zone; for each cleaning; for each change of a zone's soil.
-/// Zones and robots are counted from 1.
+/// A header line, then a line for each open zone; for each cleaning; for each change of an open
+/// zone's soil. Zones and robots are counted from 1.
 std::string ZonesToCsv(const CleaningExperiment& experiment, const CleaningRun& run);
 std::string CleaningsToCsv(const CleaningRun& run);
 std::string SoilToCsv(const CleaningExperiment& experiment, const CleaningRun& run);

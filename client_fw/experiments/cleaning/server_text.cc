@@ -1,8 +1,6 @@
 // The configuration of a server on whose tags simulated robots clean a floor in real time.
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "client_fw/core/tasks/cleaner.h"
 #include "client_fw/experiments/cleaning/experiment.h"
 

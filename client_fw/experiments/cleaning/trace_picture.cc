@@ -75,6 +75,7 @@ class TracePicture {
   int limit() const {
     return answer_.question.kind == ProofKind::kClean ? floor_.dirty.below : floor_.kept.below;
   }
+  bool is_closed(size_t zone) const { return (floor_.limits.closed >> zone & 1) != 0; }
   bool has_soil() const {
     return answer_.question.kind != ProofKind::kForgotten &&
            answer_.question.kind != ProofKind::kCrash;
@@ -99,13 +100,13 @@ class TracePicture {
       }
     }
     for (int zone = 0; zone < grid.zones(); ++zone) {
-      const bool is_closed = (floor_.limits.closed >> zone & 1) != 0;
+      const bool closed = is_closed(static_cast<size_t>(zone));
       svg_.Add(
           R"svg(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="{}" stroke="#666"/>)svg",
-          x(zone) - half, y(zone) - half, 2 * half, 2 * half, is_closed ? "#ccc" : "white");
+          x(zone) - half, y(zone) - half, 2 * half, 2 * half, closed ? "#ccc" : "white");
       svg_.Text(x(zone), y(zone) + 1, "b m", std::to_string(zone + 1));
       svg_.Text(x(zone), y(zone) + 12, "t m",
-                is_closed ? "closed" : std::to_string(grid.RatePercent(zone)) + " %");
+                closed ? "closed" : std::to_string(grid.RatePercent(zone)) + " %");
     }
     for (size_t robot = 0; robot < static_cast<size_t>(floor_.limits.robots); ++robot) {
       const int zone = trace_.front().state.cleaners[robot].zone;
@@ -131,7 +132,9 @@ class TracePicture {
         verify::SoilOn(trace_, floor_.limits.rates_percent, start_percent());
     for (size_t zone = 0; zone < zones_; ++zone) {
       svg_.Text(kLeft - 8, Floor(zone), "e", "zone " + std::to_string(zone + 1));
-      if (has_soil()) {
+      if (is_closed(zone)) {
+        svg_.Text(kLeft + 4, Floor(zone), "t", "closed");
+      } else if (has_soil()) {
         DrawArea(zone, soil);
         svg_.Add(
             R"svg(<path d="M{:.1f} {:.1f}h{:.1f}" stroke="{}" stroke-dasharray="4 3" stroke-width="0.8"/>)svg",

@@ -26,7 +26,7 @@ pybind11::array ViewOf(std::span<const T> values, pybind11::object owner) {
 /// What robots are to do, from Python: a number for all of them, or one each.
 class ActionReader {
  public:
-  /// `first` is the group's first robot; `where` comes before messages: `"ants", step 12`.
+  /// `first` is the group's first robot; messages name group, or robot, and `step`.
   ActionReader(const RobotGroup& group, size_t first, uint64_t step)
       : group_(group), first_(first), step_(step) {}
 

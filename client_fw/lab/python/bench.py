@@ -3,8 +3,8 @@
 
     bench.py [--robots 100000] [--steps 60] [--threads 1]
 
-Both worlds make their steps in turn, so that what else the machine does is shared. Times are of the
-process's CPU with one thread and of the wall with several; medians. Equal hashes: both did the same.
+The three worlds make their steps in turn, so that what else the machine does is shared. Times are of the
+process's CPU with one thread and of the wall with several; medians. Equal hashes: all did the same.
 """
 
 import argparse

@@ -186,10 +186,8 @@ class ErrorsTest(unittest.TestCase):
         self.assertEqual(world.levels("trail").sum(), 3 / 8)
 
     def test_shapes_and_kinds_are_refused_by_group_and_field(self):
-        for found, value in (("shape (2,)", [0, 0]), ("shape (3, 1)", np.zeros((3, 1))), ("str", "fast"),
+        for found, value in (("shape (2,)", [0, 0]), ("shape (3, 1)", np.zeros((3, 1))), ("dtype <U4", "fast"),
                              ("dtype complex128", [1j, 0, 0]), ("dtype object", [None, 0, 0]), ("shape (0,)", [])):
-            if isinstance(value, str):
-                found = "dtype <U4"
             with self.subTest(found), warnings.catch_warnings():
                 self.refused(f'group "ants", step 1: left: found {found}, expected one of these numbers for all '
                              "robots, or an array of 3", left=value)
@@ -210,8 +208,8 @@ class ErrorsTest(unittest.TestCase):
                 ({"right": math.inf}, "robot 1 (index 0) of \"ants\", step 1: right_m_s is inf, expected -1.2 to 1.2"),
                 ({"left": -1.3}, "robot 1 (index 0) of \"ants\", step 1: left_m_s is -1.3, expected -1.2 to 1.2"),
                 ({"load": [0, 0, 2]}, "robot 3 (index 2) of \"ants\", step 1: load is 2, expected -1, 0 or 1"),
-                ({"deposit": 1, "pheromone": 9}, "robot 1 (index 0) of \"ants\", step 1: type is 9, expected a pheromone "
-                 "of the map that is no blend, since quanta is 1")):
+                ({"deposit": 1, "pheromone": 9}, "robot 1 (index 0) of \"ants\", step 1: pheromone is 9, expected one "
+                 "of the map that is no blend, since it deposits 1 quanta")):
             with self.subTest(message):
                 world, ants = driven()
                 world.step(0.1, 0.1, 1)
@@ -267,7 +265,7 @@ class ErrorsTest(unittest.TestCase):
                             ({"robot": [apart(1)]}, "robot:")):
             with self.subTest(key), self.assertRaisesRegex(lab.LabError, rf"^scenario:\d+:\d+: {key}"):
                 lab.World({**small(apart(1)), **change})
-        with self.assertRaisesRegex(lab.LabError, "--set run.sed|run.sed"):
+        with self.assertRaisesRegex(lab.LabError, r"run\.sed: unknown key"):
             lab.World(small(apart(1)), settings={"run.sed": 1})
         with self.assertRaisesRegex(TypeError, "a scenario cannot have a object"):
             lab.World(small({"name": object()}))

@@ -1,5 +1,7 @@
 #include "client_fw/lab/scenario/robots_section.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numbers>
 #include <string_view>
@@ -80,13 +82,16 @@ void GroupReader::ReadSenses() {
     }
     group.senses.push_back(law->type);
   }
-  size_t least = plan.kind != nullptr ? plan.kind->least_senses : 0;
-  if (const auto home = plan.values.find("home"); home != plan.values.end() && home->second > 0) {
-    least = 2;
-  }
+  const auto home = plan.values.find("home");
+  const bool leaves_second = home != plan.values.end() && home->second > 0;
+  const size_t least = leaves_second ? 2 : plan.kind != nullptr ? plan.kind->least_senses : 0;
   if (group.senses.size() < least) {
     table.Expected("senses", *senses,
                    "at least " + std::to_string(least) + " pheromones, for this behaviour");
+  } else if (leaves_second && quanta() > 0 && field.FindLaw(group.senses[1])->is_blend()) {
+    table.Expected(
+        "senses", senses->items[1],
+        config::ListOf(field.pheromones) + ", since home = \"pheromone\" deposits the second");
   }
 }
 

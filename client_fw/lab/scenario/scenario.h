@@ -50,7 +50,7 @@ struct LabEvent {
   size_t which = 0;   ///< gate, site or group, from 0
   bool open = false;  ///< of a gate
   field::PointUm to;  ///< of a site
-  double amount = 0;  ///< of food; of a group, the share that fails
+  double amount = 0;  ///< of food; of a robot of the group, the probability to fail
 };
 
 struct LabScenario {

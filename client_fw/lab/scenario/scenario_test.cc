@@ -181,6 +181,11 @@ TEST(LabScenarioTest, AMistakeNamesLineKeyAndWhatIsExpected) {
       ErrorWith("[\"trail\", 2]", "[\"trail\"]"),
       "ants.toml:58:10: robots[1].senses: found an array of 1, expected at least 2 pheromones, "
       "for this behaviour");
+  EXPECT_EQ(ErrorWith("name = \"home\"\ncore_m = 0.1\nsigma_m = 0.4\ntau_s = 60\nquantum = 0.125\n"
+                      "maximum = 1.0",
+                      "name = \"home\"\nblend = [{pheromone = \"trail\"}]\n\n\n\n"),
+            "ants.toml:58:20: robots[1].senses: found 2, expected 1 or \"trail\", since home = "
+            "\"pheromone\" deposits the second");
   const std::string no_room = ErrorWith("count = 20", "count = 2000");
   EXPECT_EQ(no_room.find("ants.toml:56:9: robots[1].count: found room for "), 0u) << no_room;
   EXPECT_NE(no_room.find(" of 2000 robots, expected fewer or smaller ones, or a larger area_m"),

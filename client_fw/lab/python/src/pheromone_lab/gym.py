@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from . import observations
+from .episodes import Episodes
 from .world import World
 
 try:
@@ -30,27 +30,20 @@ class SwarmEnv(gymnasium.Env):  # type: ignore[misc]
 
     def __init__(self, scenario: Any, group: str, *, settings: dict[str, Any] | None = None, threads: int = 1,
                  most_quanta: int = 8) -> None:
-        self._scenario, self._settings, self._threads = scenario, settings or {}, threads
-        self._name = group
-        self._most_quanta = most_quanta
-        self.world = self._made(None)
-        robots = self.world.groups[group]
-        rows = len(robots)
-        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (rows, len(observations.columns(robots))))
-        low, high = observations.limits(robots, most_quanta)
-        self.action_space = gymnasium.spaces.Box(np.tile(low, (rows, 1)), np.tile(high, (rows, 1)))
+        self._episodes = Episodes(scenario, group, settings, threads, most_quanta)
+        rows = (len(self._episodes.group), 1)
+        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (rows[0], self._episodes.columns))
+        self.action_space = gymnasium.spaces.Box(np.tile(self._episodes.low, rows), np.tile(self._episodes.high, rows))
 
-    def _made(self, seed: int | None) -> World:
-        seeded = {} if seed is None else {"run.seed": seed}
-        return World(self._scenario, drive=self._name, settings={**self._settings, **seeded}, threads=self._threads)
+    @property
+    def world(self) -> World:
+        """That of the episode."""
+        return self._episodes.world
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         super().reset(seed=seed)
-        self.world = self._made(int(self.np_random.integers(1 << 31)) if seed is None else seed)
-        return observations.observe(self.world, self.world.groups[self._name]), {}
+        return self._episodes.begin(seed, self.np_random), {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        group = self.world.groups[self._name]
-        delivered = observations.act(self.world, group, action, self._most_quanta)
-        return (observations.observe(self.world, group), float(delivered.sum()), False,
-                self.world.time_s >= self.world.duration_s, {})
+        delivered = self._episodes.act(action)
+        return self._episodes.observe(), float(delivered.sum()), False, self._episodes.is_over, {}

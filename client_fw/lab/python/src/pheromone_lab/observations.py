@@ -1,5 +1,5 @@
-"""What the robots of a group see as one array, and what they do from one array: for environments (gym.py,
-zoo.py)."""
+"""What the robots of a group see as one array, and what they do from one array: for environments
+(episodes.py)."""
 
 from __future__ import annotations
 

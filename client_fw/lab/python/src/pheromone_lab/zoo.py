@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from . import observations
+from .episodes import Episodes
 from .world import World
 
 try:
@@ -32,19 +32,20 @@ class SwarmParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc]
 
     def __init__(self, scenario: Any, group: str, *, settings: dict[str, Any] | None = None, threads: int = 1,
                  most_quanta: int = 8) -> None:
-        self._scenario, self._settings, self._threads = scenario, settings or {}, threads
-        self._name = group
-        self._most_quanta = most_quanta
         self.metadata = {"name": "pheromone_lab"}
         self._random = np.random.default_rng()
-        self.world = self._made(None)
-        robots = self.world.groups[group]
-        self.possible_agents = [f"{group}_{robot}" for robot in range(len(robots))]
+        self._episodes = Episodes(scenario, group, settings, threads, most_quanta)
+        self.possible_agents = [f"{group}_{robot}" for robot in range(len(self._episodes.group))]
         self.agents: list[str] = []
-        low, high = observations.limits(robots, most_quanta)
-        seen = len(observations.columns(robots))
-        self._spaces = {agent: (gymnasium.spaces.Box(-np.inf, np.inf, (seen,)), gymnasium.spaces.Box(low, high))
+        box = gymnasium.spaces.Box
+        self._spaces = {agent: (box(-np.inf, np.inf, (self._episodes.columns,)),
+                                box(self._episodes.low, self._episodes.high))
                         for agent in self.possible_agents}
+
+    @property
+    def world(self) -> World:
+        """That of the episode."""
+        return self._episodes.world
 
     def observation_space(self, agent: str) -> Any:
         return self._spaces[agent][0]
@@ -52,28 +53,17 @@ class SwarmParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc]
     def action_space(self, agent: str) -> Any:
         return self._spaces[agent][1]
 
-    def _observed(self) -> dict[str, Any]:
-        rows = observations.observe(self.world, self.world.groups[self._name])
-        return dict(zip(self.possible_agents, rows))
-
-    def _made(self, seed: int | None) -> World:
-        seeded = {} if seed is None else {"run.seed": seed}
-        return World(self._scenario, drive=self._name, settings={**self._settings, **seeded}, threads=self._threads)
-
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Any]:
         if seed is not None:
             self._random = np.random.default_rng(seed)
-        self.world = self._made(int(self._random.integers(1 << 31)) if seed is None else seed)
+        observed = self._episodes.begin(seed, self._random)
         self.agents = list(self.possible_agents)
-        return self._observed(), {agent: {} for agent in self.agents}
+        return dict(zip(self.agents, observed)), {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, Any]) -> tuple[Any, Any, Any, Any, Any]:
-        group = self.world.groups[self._name]
-        delivered = observations.act(self.world, group, [actions[agent] for agent in self.possible_agents],
-                                     self._most_quanta)
-        ended = self.world.time_s >= self.world.duration_s
-        agents = self.agents
-        if ended:
+        delivered = self._episodes.act([actions[agent] for agent in self.possible_agents])
+        agents, is_over = self.agents, self._episodes.is_over
+        if is_over:
             self.agents = []
-        return (self._observed(), dict(zip(agents, delivered.tolist())), dict.fromkeys(agents, False),
-                dict.fromkeys(agents, ended), {agent: {} for agent in agents})
+        return (dict(zip(agents, self._episodes.observe())), dict(zip(agents, delivered.tolist())),
+                dict.fromkeys(agents, False), dict.fromkeys(agents, is_over), {agent: {} for agent in agents})
