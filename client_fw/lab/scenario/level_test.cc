@@ -44,7 +44,7 @@ TEST(Level, TheRadioIsOneThatWasMeasured) {
   EXPECT_EQ(LevelError({{"radio.lost", "0.02"}}),
             "radio.lost: found 0.02, expected what was measured: 0, 0.01 or 0.05");
   EXPECT_EQ(LevelError({{"radio.robots_per_channel", "41"}}),
-            "radio.robots_per_channel: found 41, expected 1 to 40");
+            "radio.robots_per_channel: found 41, expected a whole number from 1 to 40");
   EXPECT_EQ(LevelError({{"run.step_s", "0.2"}}),
             "run.step_s: found 0.2, expected a number from 0.001 to 0.1");
   const std::string ideal = LevelError({{"radio.model", "ideal"}});
