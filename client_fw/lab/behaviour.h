@@ -4,11 +4,19 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "client_fw/lab/behaviour_abi.h"
 #include "server/base/result.h"
 
 namespace pheromone::lab {
+
+/// What robots that are answered by something of their own have had in a step.
+struct StepOutcome {
+  uint64_t answers = 0;
+  uint64_t fail_safe_stops = 0;
+  uint64_t deposited_quanta = 0;
+};
 
 class Behaviour {
  public:
@@ -21,6 +29,12 @@ class Behaviour {
   /// once, for different robots. An error ends the run.
   virtual Status Act(const PheromoneView& view, const PheromoneActions& actions, size_t first,
                      size_t count) = 0;
+
+  /// Called by one thread when all robots of a step have acted, while they move. An error ends the
+  /// run.
+  virtual Result<StepOutcome> EndStep(uint64_t /*now_ms*/) { return StepOutcome{}; }
+  /// Of what it has besides the robots' arrays, to tell two runs apart.
+  virtual uint64_t Hash() const { return 0; }
 };
 
 }  // namespace pheromone::lab

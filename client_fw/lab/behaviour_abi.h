@@ -87,6 +87,8 @@ struct PheromoneView {
 
   const struct PheromoneParameter* parameters;  ///< of the scenario, of a plug-in only
   size_t parameter_count;
+
+  const uint8_t* answered;  ///< 0: nothing has come in this step; what it sensed is from before
 };
 
 /// Before each call they are: stand still, deposit nothing, keep the load, sense everything.

@@ -24,6 +24,9 @@ enum Use : uint64_t {
   kStartY,
   kStartHeading,
   kFailure,
+  kLinkGap,
+  kLinkAge,
+  kLinkPhase,
 };
 
 /// Normal with mean 0 and deviation 1 (Box and Muller 1958), of two draws: `use`, and the same

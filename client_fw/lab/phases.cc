@@ -24,19 +24,76 @@ uint8_t SiteAt(std::span<const PheromoneSite> sites, double x_m, double y_m) {
   return 0;
 }
 
-// The server's answer about one slot; false if the pose is off the map.
-bool SenseSlot(const field::Field& field, const protocol::WirePose& wire, uint16_t pose_unit_10um,
-               uint64_t now_ms, uint8_t type, int16_t* left, int16_t* right) {
-  const std::optional<field::Intensities> p =
-      field.Sense(type, engine::ToField(wire, pose_unit_10um), now_ms);
-  if (!p) {
-    *left = *right = 0;
-    return false;
+// The server's answer for the pose that the robot reports now.
+Answer Ask(const field::Field& field, uint16_t pose_unit_10um, const StepTime& time,
+           const std::vector<uint8_t>& senses, size_t i, Robots* robots) {
+  const client::Pose pose = sim::ToClientPose(
+      {robots->BelievedX()[i], robots->BelievedY()[i], robots->BelievedHeading()[i]});
+  protocol::WirePose wire{0, 0, pose.heading};
+  bool on_map = client::ToPoseUnits(pose.x_mm, pose_unit_10um, &wire.x) &&
+                client::ToPoseUnits(pose.y_mm, pose_unit_10um, &wire.y);
+  robots->sensed_x[i] = wire.x;
+  robots->sensed_y[i] = wire.y;
+  Answer answer;
+  answer.heading = wire.heading;
+  for (size_t slot = 0; slot < senses.size(); ++slot) {
+    if (!on_map || (robots->want_sense[i] >> slot & 1) == 0) {
+      continue;
+    }
+    const std::optional<field::Intensities> p =
+        field.Sense(senses[slot], engine::ToField(wire, pose_unit_10um), time.now_ms());
+    on_map = p.has_value();
+    if (p) {
+      const engine::WireIntensities on_wire = engine::ToWire(*p);
+      answer.left[slot] = on_wire.left;
+      answer.right[slot] = on_wire.right;
+    }
   }
-  const engine::WireIntensities answer = engine::ToWire(*p);
-  *left = answer.left;
-  *right = answer.right;
-  return true;
+  answer.on_map = on_map ? 1 : 0;
+  return answer;
+}
+
+// The robot has it.
+void Receive(const Answer& answer, size_t slots, size_t i, Robots* robots) {
+  robots->sensed_heading[i] = answer.heading;
+  robots->on_map[i] = answer.on_map;
+  for (size_t slot = 0; slot < slots; ++slot) {
+    robots->p_left[slot][i] = answer.left[slot];
+    robots->p_right[slot][i] = answer.right[slot];
+  }
+}
+
+// Exchanges over a radio that are due. `ask` returns the answer for now.
+template <typename AskNow>
+Heard Hear(const RoundsLink& link, int64_t now_ms, size_t slots, size_t i, AskNow&& ask,
+           Radio::State* state, Robots* robots) {
+  Heard heard;
+  robots->asked[i] = robots->answered[i] = 0;
+  for (;;) {
+    if (!state->asked && state->next.ask_ms <= now_ms) {
+      state->answer = ask();
+      state->asked = true;
+      robots->asked[i] = 1;
+    }
+    if (!state->asked || state->next.answer_ms > now_ms) {
+      break;
+    }
+    const bool late = state->heard && state->next.answer_ms - state->heard_ms > kFailSafeMs;
+    heard += {1, late && !state->stopped ? 1u : 0u};
+    state->asked = state->stopped = false;
+    state->heard = true;
+    state->heard_ms = state->next.answer_ms;
+    state->next = link.After(i, state->next);
+    robots->answered[i] = 1;
+    Receive(state->answer, slots, i, robots);
+  }
+  const bool silent = now_ms - state->heard_ms >= kFailSafeMs;
+  if (state->heard && silent && !state->stopped) {
+    state->stopped = true;
+    ++heard.fail_safe_stops;
+  }
+  robots->silent[i] = !state->heard || silent ? 1 : 0;
+  return heard;
 }
 
 // How far a wheel that rolls so far takes the robot.
@@ -79,48 +136,46 @@ double SquareOf(double a, double b) {
 
 }  // namespace
 
-void Sense(const field::Field& field, uint16_t pose_unit_10um, std::span<const PheromoneSite> sites,
-           const StepTime& time, const Slice& slice, Robots* robots) {
+Radio::Radio(size_t count, const RadioModel& model, uint64_t seed)
+    : link(count, model, seed), robots(count) {
+  for (size_t i = 0; i < count; ++i) {
+    robots[i].next = link.First(i);
+  }
+}
+
+Heard Sense(const field::Field& field, uint16_t pose_unit_10um,
+            std::span<const PheromoneSite> sites, const StepTime& time, const Slice& slice,
+            Radio* radio, Robots* robots) {
   const std::vector<uint8_t>& senses = slice.group->senses;
-  const double* x = robots->BelievedX();
-  const double* y = robots->BelievedY();
-  const double* heading = robots->BelievedHeading();
+  Heard heard;
   for (size_t i = slice.first; i < slice.end(); ++i) {
-    const client::Pose pose = sim::ToClientPose({x[i], y[i], heading[i]});
-    protocol::WirePose wire{0, 0, pose.heading};
-    bool on_map = client::ToPoseUnits(pose.x_mm, pose_unit_10um, &wire.x) &&
-                  client::ToPoseUnits(pose.y_mm, pose_unit_10um, &wire.y);
-    robots->sensed_x[i] = wire.x;
-    robots->sensed_y[i] = wire.y;
-    robots->sensed_heading[i] = wire.heading;
-    for (size_t slot = 0; slot < senses.size(); ++slot) {
-      int16_t left = 0;
-      int16_t right = 0;
-      if (on_map && (robots->want_sense[i] >> slot & 1) != 0) {
-        on_map = SenseSlot(field, wire, pose_unit_10um, time.now_ms(), senses[slot], &left, &right);
-      }
-      robots->p_left[slot][i] = left;
-      robots->p_right[slot][i] = right;
+    const auto ask = [&] { return Ask(field, pose_unit_10um, time, senses, i, robots); };
+    if (radio == nullptr) {
+      Receive(ask(), senses.size(), i, robots);
+      heard.answers += senses.empty() ? 0u : 1u;
+    } else {
+      heard += Hear(radio->link, static_cast<int64_t>(time.now_ms()), senses.size(), i, ask,
+                    &radio->robots[i], robots);
     }
-    robots->on_map[i] = on_map ? 1 : 0;
     robots->site[i] = SiteAt(sites, robots->x_m[i], robots->y_m[i]);
   }
+  return heard;
 }
 
 double Roll(const StepTime& time, const Slice& slice, Robots* robots) {
   const Wheels& wheels = slice.group->wheels;
   const double seconds = time.step_s();
-  const auto roll = [&](bool failed, double want_m_s, double* speed_m_s) {
+  const auto roll = [&](bool stands, double want_m_s, double* speed_m_s) {
     const double target =
-        sim::WheelTarget(failed ? 0 : want_m_s * 1000, wheels.quantum_mm_s, wheels.max_speed_m_s);
+        sim::WheelTarget(stands ? 0 : want_m_s * 1000, wheels.quantum_mm_s, wheels.max_speed_m_s);
     return sim::RollWheel(target, wheels.acceleration_m_s2, seconds, speed_m_s);
   };
   const OdometryErrors& errors = slice.group->odometry;
   double most_way_m = 0;
   for (size_t i = slice.first; i < slice.end(); ++i) {
-    const bool failed = robots->failed[i] != 0;
-    const double left_m = roll(failed, robots->want_left_m_s[i], &robots->left_m_s[i]);
-    const double right_m = roll(failed, robots->want_right_m_s[i], &robots->right_m_s[i]);
+    const bool stands = robots->failed[i] != 0 || robots->silent[i] != 0;
+    const double left_m = roll(stands, robots->want_left_m_s[i], &robots->left_m_s[i]);
+    const double right_m = roll(stands, robots->want_right_m_s[i], &robots->right_m_s[i]);
     robots->roll_left_m[i] = left_m;
     robots->roll_right_m[i] = right_m;
     const double true_left_m = TakenM(errors, time, i, left_m, kLeftSlip);

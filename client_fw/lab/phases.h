@@ -9,12 +9,16 @@
 // world.h puts them together.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
+#include "client_fw/core/steering/settings.h"
 #include "client_fw/lab/disc_grid.h"
 #include "client_fw/lab/group.h"
+#include "client_fw/lab/link/rounds_link.h"
 #include "client_fw/lab/robots.h"
 #include "client_fw/lab/walls.h"
 #include "server/core/field/field.h"
@@ -41,10 +45,53 @@ struct StepTime {
   double step_s() const { return static_cast<double>(step_ms) / 1000; }
 };
 
-/// The reported pose is the believed one to the nearest millimetre, in pose units, as the firmware
-/// sends it, and the intensities are those of the server's answer.
-void Sense(const field::Field& field, uint16_t pose_unit_10um, std::span<const PheromoneSite> sites,
-           const StepTime& time, const Slice& slice, Robots* robots);
+/// The intensities of an answer, until the robot has it.
+struct Answer {
+  uint16_t heading = 0;
+  uint8_t on_map = 0;
+  std::array<int16_t, kPheromoneSlots> left{};
+  std::array<int16_t, kPheromoneSlots> right{};
+};
+
+/// Robots that are answered by a modelled radio.
+struct Radio {
+  struct State {
+    LinkExchange next;
+    bool asked = false;    ///< `answer` is on its way
+    bool heard = false;    ///< there was an answer
+    bool stopped = false;  ///< counted as a fail-safe stop, since
+    int64_t heard_ms = 0;  ///< the last one
+    Answer answer;
+  };
+
+  Radio(size_t count, const RadioModel& model, uint64_t seed);
+
+  RoundsLink link;
+  std::vector<State> robots;
+};
+
+/// What Sense has seen, to be added up.
+struct Heard {
+  uint64_t answers = 0;          ///< of robots that sense something
+  uint64_t fail_safe_stops = 0;  ///< begun: gaps between answers longer than kFailSafeMs
+
+  Heard& operator+=(const Heard& other) {
+    answers += other.answers;
+    fail_safe_stops += other.fail_safe_stops;
+    return *this;
+  }
+};
+/// As the firmware has it if nobody changes the setting.
+constexpr int64_t kFailSafeMs = client::Settings{}.fail_safe_ms;
+
+/// Without a radio all robots are answered in each step. With one, those whose exchanges are due:
+/// a robot senses in the first step after it has asked, and has the answer in the first step after
+/// that has come. One that has had none for kFailSafeMs is silent. The reported pose is the
+/// believed one to the nearest millimetre, in pose units, as the firmware sends it, and the
+/// intensities are those of the server's answer.
+Heard Sense(const field::Field& field, uint16_t pose_unit_10um,
+            std::span<const PheromoneSite> sites, const StepTime& time, const Slice& slice,
+            Radio* radio, Robots* robots);
 
 /// Requires actions within their ranges. Returns the longest way that one of them would go: no less
 /// than the straight line.

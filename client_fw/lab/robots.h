@@ -33,6 +33,9 @@ struct Robots {
         sensed_y(robots),
         sensed_heading(robots),
         on_map(robots),
+        asked(robots, 1),
+        answered(robots, 1),
+        silent(robots),
         site(robots),
         contact(robots),
         load(robots),
@@ -77,6 +80,9 @@ struct Robots {
   std::vector<int32_t> sensed_y;
   std::vector<uint16_t> sensed_heading;
   std::vector<uint8_t> on_map;
+  std::vector<uint8_t> asked;     ///< 1: in this step; then its deposit is made
+  std::vector<uint8_t> answered;  ///< 1: in this step; otherwise what it sensed is old
+  std::vector<uint8_t> silent;    ///< 1: not answered for the fail-safe time, so it stands
   std::array<std::vector<int16_t>, kPheromoneSlots> p_left;
   std::array<std::vector<int16_t>, kPheromoneSlots> p_right;
   std::vector<uint8_t> site;

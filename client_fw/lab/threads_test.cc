@@ -2,8 +2,10 @@
 
 #include <atomic>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
+#include "client_fw/lab/firmware/firmware_swarm.h"
 #include "client_fw/lab/testing/worlds.h"
 #include "client_fw/lab/worker_pool.h"
 
@@ -53,6 +55,36 @@ TEST(Threads, APhaseAfterTheOtherGivesTheSameWorld) {
     }
     ASSERT_EQ(steps->Hash(), phases->Hash()) << step;
   }
+}
+
+// 600 robots in three slices, on channels that lose frames; the engine is one thread's.
+TEST(Threads, FirmwareDoesTheSameWithAnyNumberOfThem) {
+  std::vector<uint64_t> hashes;
+  for (int threads = 1; threads <= 3; ++threads) {
+    WorldConfig config = SmallWorld();
+    config.step_ms = 20;
+    config.threads = threads;
+    FirmwareConfig firmware;
+    config.field.map.width_um = config.field.map.height_um = 13'000'000;
+    firmware.engine.field = config.field;
+    client::Parameters robot;
+    robot.lay_trail = true;
+    firmware.robots.assign(600, robot);
+    firmware.radio = {.robots_per_channel = 16, .lost_percent = 1};
+    RobotGroup group = Lattice(25, 0);
+    group.starts.resize(600);
+    group.senses.clear();
+    group.behaviour = FirmwareSwarm::Create(std::move(firmware)).value();
+    config.groups = {group};
+    const auto world = Made(std::move(config));
+    for (int step = 0; step < 100; ++step) {
+      ASSERT_TRUE(world->Step().ok());
+    }
+    hashes.push_back(world->Hash());
+    EXPECT_GT(world->tally().deposited_quanta, 1000u);
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], hashes[2]);
 }
 
 TEST(Threads, EachPortionIsDoneOnceAndSeenByAllAfterwards) {

@@ -69,6 +69,20 @@ Status CheckGroup(const field::FieldConfig& field, const RobotGroup& group) {
   return Ok();
 }
 
+Status CheckRadio(const RadioModel& model, int64_t step_ms) {
+  if (FindMeasured(model.lost_percent, model.robots_per_channel) == nullptr) {
+    return Error{
+        fmt::format("found {} robots a channel with {} % lost, expected one of the "
+                    "measured rounds: 1 to {} robots with 0, 1 or 5 % lost",
+                    model.robots_per_channel, model.lost_percent, kMaxMeasuredRobots)};
+  }
+  if (step_ms > kMaxRadioStepMs) {
+    return Error{fmt::format("found a step of {} ms with a modelled radio, expected at most {} ms",
+                             step_ms, kMaxRadioStepMs)};
+  }
+  return Ok();
+}
+
 // Slices of equal size, so that the groups' ends are theirs.
 std::vector<Slice> SlicesOf(std::span<const RobotGroup> groups) {
   std::vector<Slice> slices;
@@ -126,6 +140,9 @@ Result<std::unique_ptr<World>> World::Create(WorldConfig config) {
                     "the map",
                     config.step_ms, config.threads, config.coverage_cell_um)};
   }
+  if (config.radio) {
+    PHEROMONE_TRY_STATUS(CheckRadio(*config.radio, config.step_ms));
+  }
   for (const RobotGroup& group : config.groups) {
     PHEROMONE_TRY_STATUS(CheckGroup(config.field, group));
   }
@@ -143,12 +160,22 @@ World::World(WorldConfig config)
       walls_(config_.field, MostRadiusM(config_.groups) * 1.001),
       // A disc and what it may meet are then in four cells or fewer.
       grid_(config_.field.map, std::max(4 * MostRadiusM(config_.groups), 0.1), robots_.count),
+      radio_(config_.radio ? std::make_unique<Radio>(robots_.count, *config_.radio, config_.seed)
+                           : nullptr),
       most_radius_m_(static_cast<double>(static_cast<float>(MostRadiusM(config_.groups)))),
       ways_m_(slices_.size()),
       sites_(config_.sites),
       coverage_(config_.field, config_.coverage_cell_um),
       // More threads than slices would wait for nothing.
-      pool_(std::min(config_.threads, static_cast<int>(std::min<size_t>(slices_.size(), 256)))) {}
+      pool_(std::min(config_.threads, static_cast<int>(std::min<size_t>(slices_.size(), 256)))) {
+  for (const RobotGroup& group : config_.groups) {
+    Behaviour* behaviour = group.behaviour.get();
+    if (behaviour != nullptr &&
+        std::find(behaviours_.begin(), behaviours_.end(), behaviour) == behaviours_.end()) {
+      behaviours_.push_back(behaviour);
+    }
+  }
+}
 
 Status World::Place() {
   size_t i = 0;
@@ -175,6 +202,7 @@ Status World::Place() {
     robots_.believed_y_m = robots_.y_m;
     robots_.believed_heading_rad = robots_.heading_rad;
   }
+  paths_ = PathWatch(config_.field.paths, robots_);
   BuildGrid();
   std::optional<Error> overlap;
   for (const Slice& slice : slices_) {
@@ -201,7 +229,7 @@ Status World::Sense() {
   pool_.Run([&](int /*worker*/) {
     portions.Work([&](size_t i) {
       const Slice& slice = slices_[i];
-      lab::Sense(*field_, config_.pose_unit_10um, sites_.all(), time_, slice, &robots_);
+      SenseSlice(slice);
       error.Note(slice.first, Behave(slice));
     });
   });
@@ -224,6 +252,9 @@ Status World::Act() {
     if (worker == 0) {
       deposited = Deposit();
       field_->Advance(time_.now_ms());
+      if (deposited.ok()) {
+        deposited = EndBehaviours();
+      }
     }
     roll.Work([&](size_t i) {
       if (i == 0) {
@@ -252,9 +283,7 @@ Status World::Run(Phase phase) {
   switch (phase) {
     case Phase::kSense:
       sites_.Refill(time_.now_ms());
-      each([&](const Slice& slice) {
-        lab::Sense(*field_, config_.pose_unit_10um, sites_.all(), time_, slice, &robots_);
-      });
+      each([&](const Slice& slice) { SenseSlice(slice); });
       break;
     case Phase::kBehave:
       each([&](const Slice& slice) {
@@ -270,7 +299,7 @@ Status World::Run(Phase phase) {
       return Deposit();
     case Phase::kAdvance:
       field_->Advance(time_.now_ms());
-      break;
+      return EndBehaviours();
     case Phase::kRoll:
       for (size_t i = 0; i < slices_.size(); ++i) {
         RollSlice(i);
@@ -324,6 +353,7 @@ PheromoneView World::ViewOf(const Slice& slice) const {
   view.load = robots_.load.data();
   view.sites = sites_.all().data();
   view.site_count = sites_.all().size();
+  view.answered = robots_.answered.data();
   return view;
 }
 
@@ -342,6 +372,15 @@ void World::ResetActions(const Slice& slice) {
     robots_.want_type[i] = group.deposits;
     robots_.want_load[i] = 0;
     robots_.want_sense[i] = static_cast<uint8_t>((1u << group.senses.size()) - 1);
+  }
+}
+
+void World::SenseSlice(const Slice& slice) {
+  const Heard heard = lab::Sense(*field_, config_.pose_unit_10um, sites_.all(), time_, slice,
+                                 radio_.get(), &robots_);
+  if (Measures()) {
+    const std::lock_guard lock(mutex_);
+    tally_.heard += heard;
   }
 }
 
@@ -398,7 +437,7 @@ Status World::Deposit() {
   for (const Slice& slice : slices_) {
     for (size_t i = slice.first; i < slice.end(); ++i) {
       const uint16_t quanta = robots_.want_quanta[i];
-      if (quanta == 0 || robots_.failed[i] != 0) {
+      if (quanta == 0 || robots_.failed[i] != 0 || robots_.asked[i] == 0) {
         continue;
       }
       const field::PointUm point{
@@ -421,15 +460,29 @@ Status World::Deposit() {
   return Ok();
 }
 
+Status World::EndBehaviours() {
+  for (Behaviour* behaviour : behaviours_) {
+    PHEROMONE_TRY(const StepOutcome outcome, behaviour->EndStep(time_.now_ms()));
+    tally_.deposited_quanta += outcome.deposited_quanta;
+    if (Measures()) {
+      const std::lock_guard lock(mutex_);
+      tally_.heard += {outcome.answers, outcome.fail_safe_stops};
+    }
+  }
+  return Ok();
+}
+
 void World::CommitSlice(const Slice& slice) {
   const Moves moves = Commit(time_, slice, &robots_);
   for (size_t i = slice.first; i < slice.end(); ++i) {
     coverage_.Visit(robots_.x_m[i], robots_.y_m[i], time_.step + 1);
   }
+  const PathErrors errors = Measures() ? paths_.Look(time_, slice, robots_) : PathErrors{};
   const std::lock_guard lock(mutex_);
   tally_.moves.robot_contacts += moves.robot_contacts;
   tally_.moves.wall_contacts += moves.wall_contacts;
   tally_.moves.standing += moves.standing;
+  tally_.path_errors += errors;
 }
 
 Status World::ReplaceObstacles(field::Shared<field::ObstacleMask> obstacles) {
@@ -444,6 +497,9 @@ Status World::ReplaceObstacles(field::Shared<field::ObstacleMask> obstacles) {
 
 uint64_t World::Hash() const {
   uint64_t sum = field_->hash() + sites_.Hash() + Hash64({'t', time_.step});
+  for (const Behaviour* behaviour : behaviours_) {
+    sum += behaviour->Hash();
+  }
   for (size_t i = 0; i < robots_.count; ++i) {
     const uint64_t flags = static_cast<uint64_t>(robots_.load[i]) << 16 |
                            static_cast<uint64_t>(robots_.contact[i]) << 8 | robots_.failed[i];

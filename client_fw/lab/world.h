@@ -1,7 +1,8 @@
 // A world of up to 100 000 robots: arrays, a step in phases, the server's own field. What a robot
 // senses is what the server would answer, its behaviours steer by the laws of the firmware, and its
-// wheels roll as those of the simulated robots do (client_fw/sim); what is left out is the radio:
-// each robot is answered in each step, at once.
+// wheels roll as those of the simulated robots do (client_fw/sim). What is left out is the radio:
+// each robot is answered in each step, at once, or, with a RadioModel, when measured rounds would
+// have answered it.
 //
 //   WorldConfig config;                    // map, pheromones, groups, sites, seed
 //   Result<std::unique_ptr<World>> world = World::Create(std::move(config));
@@ -38,6 +39,7 @@
 #include "client_fw/lab/coverage.h"
 #include "client_fw/lab/disc_grid.h"
 #include "client_fw/lab/group.h"
+#include "client_fw/lab/path_errors.h"
 #include "client_fw/lab/phases.h"
 #include "client_fw/lab/robots.h"
 #include "client_fw/lab/sites.h"
@@ -56,12 +58,17 @@ struct WorldConfig {
   int threads = 1;  ///< of no influence on what happens
   std::vector<RobotGroup> groups;
   std::vector<SiteConfig> sites;
+  std::optional<RadioModel> radio;       ///< none: each robot is answered in each step, at once
   int64_t coverage_cell_um = 1'000'000;  ///< at least a cell of the map
+  /// From then on answers, stops and distances from paths are counted.
+  int64_t measure_from_ms = 0;
 };
 
 /// What happened since the start.
 struct WorldTally {
   Moves moves;
+  Heard heard;
+  PathErrors path_errors;
   uint64_t deposited_quanta = 0;
   uint64_t refused_deposits = 0;  ///< off the map, or where an obstacle is
 };
@@ -93,6 +100,7 @@ class World {
   const Sites& sites() const { return sites_; }
   const Coverage& coverage() const { return coverage_; }
   const WorldTally& tally() const { return tally_; }
+  int64_t measure_from_ms() const { return config_.measure_from_ms; }
 
   /// Replaces the obstacles from now on. Errors: their mask is not of the map's size.
   Status ReplaceObstacles(field::Shared<field::ObstacleMask> obstacles);
@@ -113,15 +121,18 @@ class World {
   explicit World(WorldConfig config);
 
   Status Place();
+  void SenseSlice(const Slice& slice);
   Status Behave(const Slice& slice);
   PheromoneView ViewOf(const Slice& slice) const;
   PheromoneActions Actions();
   Status CheckActions(const Slice& slice) const;
   Status Deposit();
+  Status EndBehaviours();
   void BuildGrid() { grid_.Build(robots_.x_m, robots_.y_m); }
   void RollSlice(size_t slice) { ways_m_[slice] = Roll(time_, slices_[slice], &robots_); }
   Surroundings Around() const;
   void CommitSlice(const Slice& slice);
+  bool Measures() const { return static_cast<int64_t>(time_.now_ms()) >= config_.measure_from_ms; }
   void EndStep() { ++time_.step; }
 
   WorldConfig config_;
@@ -131,10 +142,13 @@ class World {
   std::unique_ptr<field::Field> field_;
   Walls walls_;
   DiscGrid grid_;
+  std::unique_ptr<Radio> radio_;  // if there is one
   double most_radius_m_;
   std::vector<double> ways_m_;  // a slice: the longest way in this step
   Sites sites_;
   Coverage coverage_;
+  PathWatch paths_;
+  std::vector<Behaviour*> behaviours_;  // of the groups, each once
   WorkerPool pool_;
   WorldTally tally_;
   std::mutex mutex_;  // of what slices add to

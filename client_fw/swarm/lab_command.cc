@@ -17,6 +17,7 @@
 #include "client_fw/lab/scenario/summary.h"
 #include "client_fw/lab/scenario/sweep.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/lab_radio.h"
 #include "client_fw/swarm/progress_bar.h"
 #include "server/base/file.h"
 #include "server/base/format.h"
@@ -61,8 +62,16 @@ int RunOne(const LabOptions& options) {
   for (const config::Warning& warning : scenario.value().warnings) {
     fmt::print(stderr, "{}\n", warning.text);
   }
+  const bool on_air = scenario.value().level == lab::Level::kRadio;
+  if (on_air && options.threads != 1) {
+    return Fail("--threads " + std::to_string(options.threads) +
+                    ": run.level = \"radio\" has one thread, expected 1",
+                kWrongInput);
+  }
   const std::function<void(int64_t)> bar = ProgressBar(scenario.value().duration_ms);
-  const Result<lab::LabResult> result = lab::RunLab(scenario.value(), options.threads, bar);
+  const Result<lab::LabResult> result = on_air
+                                            ? RunLabOnAir(scenario.value(), bar)
+                                            : lab::RunLab(scenario.value(), options.threads, bar);
   EndProgressBar(bar);
   if (!result.ok()) {
     return Fail(result.error(), kFailed);
@@ -116,8 +125,8 @@ int ListRuns(const LabOptions& options) {
 }  // namespace
 
 void AddLabCommand(CLI::App* app, int* status) {
-  CLI::App* command = app->add_subcommand(
-      "lab", "Swarms of thousands on the server's own field, without radio: run, list");
+  CLI::App* command =
+      app->add_subcommand("lab", "Swarms of thousands on the server's own field: run, list");
   command->require_subcommand(1);
   auto options = std::make_shared<LabOptions>();
   const auto add = [&](const std::string& name, const std::string& description) {

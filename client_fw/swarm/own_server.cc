@@ -9,7 +9,7 @@
 #include <boost/json/value.hpp>
 
 #include "client_fw/swarm/fit.h"
-#include "client_fw/swarm/scenario/robots.h"
+#include "server/core/engine/wire_units.h"
 #include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/server_call.h"
 
@@ -179,7 +179,7 @@ Result<OwnSwarm> MakeSwarm(const config::Config& server,
   group.starts = StartsAlong(paths, wish.robots);
   group.client.type = type;
   group.client.baud = static_cast<uint32_t>(scenario.timing.baud);
-  group.client.wide = NeedsWide(server.engine);
+  group.client.wide = engine::NeedsWide(server.engine.field.map, server.engine.pose_unit_10um);
   PHEROMONE_TRY_STATUS(SetPeriod(wish, &group, &swarm));
   const SpeedFit fit{.speed_mm_s = group.client.speed_mm_s,
                      .period_ms = group.client.period_ms,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -13,6 +14,8 @@
 #include "client_fw/experiments/channel/experiment.h"
 #include "client_fw/experiments/channel/report.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/parallel_runs.h"
+#include "server/base/file.h"
 #include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
@@ -37,6 +40,7 @@ struct ChannelOptions {
   int seeds = 10;
   double duration_s = 60;
   std::string out;
+  std::string link_table;
 };
 
 // All at 5 Hz; with the first timing also continuously, and four robots with a hidden pair.
@@ -158,6 +162,22 @@ std::vector<ChannelExperiment> AirPlanOf(const ChannelOptions& options) {
   return plan;
 }
 
+// Rounds as a modelled link is to know them.
+std::vector<ChannelExperiment> LinkPlanOf(const ChannelOptions& options) {
+  std::vector<ChannelExperiment> plan;
+  ChannelExperiment experiment;
+  experiment.access = Access::kRounds;
+  experiment.duration_ms = static_cast<int64_t>(options.duration_s * 1000);
+  for (const double loss : {0.0, 0.01, 0.05}) {
+    experiment.frame_loss = loss;
+    for (int robots = 1; robots <= 40; ++robots) {
+      experiment.robots = robots;
+      plan.push_back(experiment);
+    }
+  }
+  return plan;
+}
+
 // One run, as one line of JSON.
 int RunOnce(const ChannelOptions& options) {
   ChannelExperiment experiment;
@@ -183,19 +203,18 @@ using Rows = std::vector<ChannelSummary>;
 
 // Prints each row when it is finished, and hands all so far to `keep`, so that nothing is lost when
 // the command is cut off. Returns the exit status.
-int RunPlan(const std::vector<ChannelExperiment>& plan, int seeds,
+int RunPlan(const std::vector<ChannelExperiment>& plan,
+            const std::function<int(const ChannelExperiment&)>& seeds_of,
             const std::function<int(const Rows&)>& keep) {
   const bool progress = isatty(STDERR_FILENO) != 0;
   Rows rows;
   for (const ChannelExperiment& experiment : plan) {
-    std::vector<ChannelRun> runs;
-    for (int seed = 1; seed <= seeds; ++seed) {
-      if (progress) {
-        fmt::print(Unescaped(stderr), "\r{}/{}: {} robots, seed {} of {}   ", rows.size() + 1,
-                   plan.size(), experiment.robots, seed, seeds);
-      }
-      runs.push_back(MeasureChannel(experiment, static_cast<uint64_t>(seed)));
+    if (progress) {
+      fmt::print(Unescaped(stderr), "\r{}/{}: {} robots   ", rows.size() + 1, plan.size(),
+                 experiment.robots);
     }
+    std::vector<ChannelRun> runs(static_cast<size_t>(seeds_of(experiment)));
+    RunInParallel(runs.size(), [&](size_t i) { runs[i] = MeasureChannel(experiment, i + 1); });
     if (progress) {
       fmt::print(Unescaped(stderr), "\r{:60}\r", "");
     }
@@ -213,6 +232,17 @@ int RunChannel(const ChannelOptions& options) {
   if (options.json) {
     return RunOnce(options);
   }
+  if (!options.link_table.empty()) {
+    fmt::print("{}", TableHead());
+    // Channels so full that every robot stops in every round get a third of the runs.
+    const auto seeds_of = [&](const ChannelExperiment& experiment) {
+      return experiment.robots <= 20 ? options.seeds : std::max(1, options.seeds / 3);
+    };
+    return RunPlan(LinkPlanOf(options), seeds_of, [&](const Rows& rows) {
+      const Status written = WriteFile(options.link_table, LinkTableToCsv(rows));
+      return written.ok() ? 0 : Fail(written.error(), kFailed);
+    });
+  }
   const auto write = [&](const std::vector<std::pair<std::string, std::string>>& files) {
     return options.out.empty() ? 0 : WriteFiles(options.out, files);
   };
@@ -223,15 +253,16 @@ int RunChannel(const ChannelOptions& options) {
              options.duration_s);
   fmt::print("{}", TableHead());
   std::fflush(stdout);
-  int status = RunPlan(plans[0], options.seeds, [&](const Rows& rows) {
+  const auto seeds_of = [&](const ChannelExperiment& /*experiment*/) { return options.seeds; };
+  int status = RunPlan(plans[0], seeds_of, [&](const Rows& rows) {
     return write({{"channel.csv", ToCsv(rows)}});
   });
   if (status == 0) {
-    status = RunPlan(plans[1], options.seeds, [&](const Rows& rows) {
+    status = RunPlan(plans[1], seeds_of, [&](const Rows& rows) {
       return write({{"rounds.csv", ToCsv(rows)}, {"rounds-gaps.csv", GapsToCsv(rows)}});
     });
   }
-  return status != 0 ? status : RunPlan(plans[2], options.seeds, [&](const Rows& rows) {
+  return status != 0 ? status : RunPlan(plans[2], seeds_of, [&](const Rows& rows) {
     return write({{"air.csv", AirToCsv(rows)}});
   });
 }
@@ -312,6 +343,19 @@ void AddChannelCommand(CLI::App* app, int* status) {
                    "with each row")
       ->excludes(json)
       ->type_name("FOLDER");
+  command
+      ->add_option(
+          "--link-table", options->link_table,
+          "Instead: rounds of 1 to 40 robots with 0, 1 and 5 % of the frames lost, each at "
+          "5 Hz with 9600 baud, as the table of the lab's modelled link; to this file. Beyond 20 "
+          "robots a third of the runs")
+      ->excludes(json)
+      ->excludes("--out")
+      ->excludes("--robots")
+      ->excludes("--turnaround-ms")
+      ->excludes("--server-delay-ms")
+      ->excludes("--baud")
+      ->type_name("FILE");
   command->footer(
       "C_1 is the request rate of a single robot limited by the modems alone. The bound is ideal "
       "slotted CSMA, or the offered load if that is less. A request counts as delivered if it is "

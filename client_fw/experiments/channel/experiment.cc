@@ -295,7 +295,6 @@ ChannelSummary Summarise(const ChannelExperiment& experiment, const std::vector<
   }
   sum.worst_goodput = sum.worst_delivered = sum.worst_robot_delivered = sum.worst_robot_share = 1e9;
   std::vector<int64_t> latencies_ms;
-  std::vector<int64_t> pose_ages_ms;
   double answers = 0;
   double requests = 0;
   for (const ChannelRun& run : runs) {
@@ -328,7 +327,8 @@ ChannelSummary Summarise(const ChannelExperiment& experiment, const std::vector<
     requests += static_cast<double>(run.requests) * 1000 /
                 static_cast<double>(experiment.duration_ms + kWarmUpMs);
     latencies_ms.insert(latencies_ms.end(), run.latencies_ms.begin(), run.latencies_ms.end());
-    pose_ages_ms.insert(pose_ages_ms.end(), run.pose_ages_ms.begin(), run.pose_ages_ms.end());
+    sum.pose_ages_ms.insert(sum.pose_ages_ms.end(), run.pose_ages_ms.begin(),
+                            run.pose_ages_ms.end());
     sum.gaps_ms.insert(sum.gaps_ms.end(), run.gaps_ms.begin(), run.gaps_ms.end());
     const bool all = run.time_to_order_ms >= 0 && sum.time_to_order_ms >= 0;
     sum.time_to_order_ms = all ? std::max(sum.time_to_order_ms, run.time_to_order_ms) : -1;
@@ -336,9 +336,9 @@ ChannelSummary Summarise(const ChannelExperiment& experiment, const std::vector<
   }
   sum.requests_per_answer = answers > 0 ? requests / answers : 0;
   std::sort(latencies_ms.begin(), latencies_ms.end());
-  std::sort(pose_ages_ms.begin(), pose_ages_ms.end());
+  std::sort(sum.pose_ages_ms.begin(), sum.pose_ages_ms.end());
   std::sort(sum.gaps_ms.begin(), sum.gaps_ms.end());
-  sum.pose_age_p50_ms = Quantile(pose_ages_ms, 0.5);
+  sum.pose_age_p50_ms = Quantile(sum.pose_ages_ms, 0.5);
   sum.p50_ms = Quantile(latencies_ms, 0.5);
   sum.p99_ms = Quantile(latencies_ms, 0.99);
   return sum;

@@ -104,7 +104,8 @@ struct ChannelSummary {
   int64_t time_to_order_ms = 0;  ///< of the slowest seed; -1: never
   double requests_per_answer = 0;
   double utilisation = 0;
-  std::vector<int64_t> gaps_ms;  ///< of all seeds, sorted
+  std::vector<int64_t> gaps_ms;       ///< of all seeds, sorted
+  std::vector<int64_t> pose_ages_ms;  ///< likewise
   uint64_t hash = 0;
 };
 

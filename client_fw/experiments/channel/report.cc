@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace pheromone::swarm {
 namespace {
 
@@ -38,6 +40,30 @@ std::string OtherOf(const ChannelExperiment& e) {
 // A figure that is meaningless for this row stays empty.
 std::string OnlyIf(bool meaningful, double value, int digits) {
   return meaningful ? fmt::format("{:.{}f}", value, digits) : "";
+}
+
+// The end of the bin of a link table that holds `ms`.
+int64_t BinEnd(int64_t ms) {
+  constexpr int64_t kWidthMs = 20;
+  constexpr int64_t kEvenUntilMs = 1'000;
+  int64_t end_ms = (ms + kWidthMs - 1) / kWidthMs * kWidthMs;
+  if (ms > kEvenUntilMs) {
+    for (end_ms = kEvenUntilMs; end_ms < ms;) {
+      end_ms += end_ms / 10;
+    }
+  }
+  return end_ms;
+}
+
+// Of sorted values.
+std::string BinsToCsv(const std::string& row, const std::vector<int64_t>& values_ms) {
+  std::string csv;
+  for (auto from = values_ms.begin(); from != values_ms.end();) {
+    const auto to = std::upper_bound(from, values_ms.end(), BinEnd(*from));
+    csv += fmt::format("{},{},{},{}\n", row, *from, *(to - 1), to - from);
+    from = to;
+  }
+  return csv;
 }
 
 }  // namespace
@@ -138,6 +164,17 @@ std::string GapsToCsv(const std::vector<ChannelSummary>& rows) {
       csv += fmt::format("{},{:g},{:.4f},{}\n", NameOf(e.access), 100 * e.frame_loss,
                          static_cast<double>(i) / kPoints, row.gaps_ms[rank]);
     }
+  }
+  return csv;
+}
+
+std::string LinkTableToCsv(const std::vector<ChannelSummary>& rows) {
+  std::string csv = "lost_percent,robots,figure,from_ms,to_ms,count\n";
+  for (const ChannelSummary& row : rows) {
+    const std::string name =
+        fmt::format("{:g},{}", 100 * row.experiment.frame_loss, row.experiment.robots);
+    csv += BinsToCsv(name + ",gap", row.gaps_ms);
+    csv += BinsToCsv(name + ",age", row.pose_ages_ms);
   }
   return csv;
 }

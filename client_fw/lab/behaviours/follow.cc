@@ -33,7 +33,9 @@ class FollowBehaviour : public Behaviour {
     for (size_t i = first; i < first + count; ++i) {
       client::Behaviour& driver = drivers_[i - view.group_first];
       driver.Advance(elapsed_ms);
-      if (view.on_map[i] != 0) {
+      if (view.answered[i] == 0) {
+        // as it was
+      } else if (view.on_map[i] != 0) {
         driver.OnIntensities(view.p_left[0][i], view.p_right[0][i], view.heading[i]);
       } else {
         driver.OnOffTheMap();

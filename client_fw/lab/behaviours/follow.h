@@ -1,5 +1,5 @@
 // Robots that follow a pheromone as the firmware does: its own Behaviour (client_fw/core/steering)
-// decides, which is answered in each step. So this is the law of the core, whole: slowing down,
+// decides, by the answers that there are. So this is the law of the core, whole: slowing down,
 // repellents, a lost trail.
 #pragma once
 

@@ -49,18 +49,7 @@ ParameterSpec Wander() {
 }
 
 std::shared_ptr<Behaviour> FollowFrom(const ParameterValues& values, size_t robots) {
-  static constexpr client::Law kLaws[] = {client::Law::kCareful, client::Law::kDifferential,
-                                          client::Law::kPaper, client::Law::kFuzzy};
-  static constexpr client::LostTrail kLost[] = {
-      client::LostTrail::kSearch, client::LostTrail::kStop, client::LostTrail::kStraight,
-      client::LostTrail::kSpiral};
-  const Reader read(values);
-  client::Settings settings;
-  settings.law = read.choice("law", kLaws);
-  settings.lost_trail = read.choice("lost_trail", kLost);
-  settings.speed_mm_s = read.mm_s();
-  settings.gain_8ths = static_cast<uint8_t>(std::lround(read.number("gain") * client::kUnitGain));
-  return MakeFollow(settings, read.quanta(), robots);
+  return MakeFollow(FollowSettings(values), Reader(values).quanta(), robots);
 }
 
 std::shared_ptr<Behaviour> ForageFrom(const ParameterValues& values, size_t /*robots*/) {
@@ -94,6 +83,22 @@ ParameterSpec Gain() {
 }
 
 }  // namespace
+
+client::Settings FollowSettings(const ParameterValues& values) {
+  static constexpr client::Law kLaws[] = {client::Law::kCareful, client::Law::kDifferential,
+                                          client::Law::kPaper, client::Law::kFuzzy};
+  static constexpr client::LostTrail kLost[] = {
+      client::LostTrail::kSearch, client::LostTrail::kStop, client::LostTrail::kStraight,
+      client::LostTrail::kSpiral};
+  const Reader read(values);
+  client::Settings settings;
+  settings.law = read.choice("law", kLaws);
+  settings.lost_trail = read.choice("lost_trail", kLost);
+  settings.speed_mm_s = read.mm_s();
+  settings.gain_8ths = static_cast<uint8_t>(std::lround(read.number("gain") * client::kUnitGain));
+  settings.lay_trail = read.quanta() > 0;
+  return settings;
+}
 
 std::span<const BehaviourKind> BehaviourKinds() {
   static const std::vector<BehaviourKind> kinds = {

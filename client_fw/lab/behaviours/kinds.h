@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "client_fw/core/steering/settings.h"
 #include "client_fw/lab/behaviour.h"
 
 namespace pheromone::lab {
@@ -41,6 +42,9 @@ struct BehaviourKind {
 };
 
 std::span<const BehaviourKind> BehaviourKinds();
+
+/// How a robot is set that follows with these parameters, `lay_trail` if it deposits.
+client::Settings FollowSettings(const ParameterValues& values);
 
 ParameterValues DefaultsOf(const BehaviourKind& kind);
 

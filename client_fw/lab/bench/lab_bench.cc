@@ -31,7 +31,8 @@ namespace pheromone::lab::bench {
 namespace {
 
 constexpr double kStepS = 0.2;
-constexpr int kWarmUpSteps = 250;  // of 50 s: trails live for some 30
+constexpr size_t kMostFirmware = 10'000;  // robots, for which that level is meant
+constexpr int kWarmUpSteps = 250;         // of 50 s: trails live for some 30
 
 double WallNs() {
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
@@ -139,6 +140,28 @@ double RadioLevel() {
   return static_cast<double>(record.robots.size()) * 20 / ((CpuNs() - start) / 1e9);
 }
 
+// Level "firmware", whose steps are shorter: as many of them as take 0.2 s are measured at once.
+void MeasureFirmware(size_t robots, int steps, double radio) {
+  constexpr int kStepsOfPeriod = 200 / kFirmwareStepMs;
+  uint64_t hashes[2] = {};
+  for (const int threads : {1, 2}) {
+    const auto world = MakeFirmwareWorld({robots, 1}, threads);
+    const StepCost cost = Measure(robots, steps, threads == 1 ? CpuNs : WallNs, [&] {
+      for (int i = 0; i < kStepsOfPeriod; ++i) {
+        MustBeOk(world->Step());
+      }
+    });
+    hashes[threads - 1] = world->Hash();
+    fmt::print(
+        "{:>7} robots, {} thread{}, level firmware: {:.0f} ns a robot and 0.2 s, {:.0f} in real "
+        "time (best {:.0f}), {} MiB; {:.0f} x level radio\n",
+        robots, threads, threads == 1 ? " " : "s", cost.median, cost.in_real_time(),
+        cost.best_in_real_time(), ResidentMib(), cost.in_real_time() / radio);
+  }
+  fmt::print("        the same bytes with 1 and 2 threads: {}\n",
+             hashes[0] != 0 && hashes[0] == hashes[1] ? "yes" : "NO");
+}
+
 struct Row {
   size_t robots;
   int threads;
@@ -185,6 +208,9 @@ int Main(const std::vector<size_t>& sizes, int steps, const std::string& csv) {
     }
     fmt::print("        the same bytes with 1 and 2 threads: {}\n",
                rows[0].hash != 0 && rows[0].hash == rows[1].hash ? "yes" : "NO");
+    if (robots <= kMostFirmware) {
+      MeasureFirmware(robots, steps, radio);
+    }
   }
   // Where robots are few, what costs is the floor.
   const Size sparse{1000, 100};

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "client_fw/lab/behaviours/follow.h"
+#include "client_fw/lab/firmware/firmware_swarm.h"
 #include "client_fw/lab/starts.h"
 
 namespace pheromone::lab::bench {
@@ -18,6 +19,22 @@ constexpr int64_t kCellUm = 100'000;
 constexpr int kReachCells = 5;
 // A node holds one to three quanta after a robot has passed, so a trail has some 25 nodes.
 constexpr int64_t kTauMs = 15'000;
+
+client::Settings Settings() {
+  client::Settings settings;
+  settings.lost_trail = client::LostTrail::kStraight;
+  settings.lay_trail = true;
+  return settings;
+}
+
+template <typename T>
+T OrAbort(Result<T> result) {
+  if (!result.ok()) {
+    fmt::print(stderr, "{}\n", result.error());
+    std::abort();
+  }
+  return std::move(result).value();
+}
 
 WorldConfig ConfigOf(const Size& size, int threads) {
   WorldConfig config;
@@ -43,9 +60,7 @@ WorldConfig ConfigOf(const Size& size, int threads) {
   while (group.starts.size() < size.robots) {
     group.starts.push_back(placer.Find(AreaOf(config.field.map), group.radius_m).value());
   }
-  client::Settings settings;
-  settings.lost_trail = client::LostTrail::kStraight;
-  group.behaviour = MakeFollow(settings, 1, size.robots);
+  group.behaviour = MakeFollow(Settings(), 1, size.robots);
   config.groups = {std::move(group)};
   return config;
 }
@@ -53,12 +68,23 @@ WorldConfig ConfigOf(const Size& size, int threads) {
 }  // namespace
 
 std::unique_ptr<World> MakeWorld(const Size& size, int threads) {
-  Result<std::unique_ptr<World>> world = World::Create(ConfigOf(size, threads));
-  if (!world.ok()) {
-    fmt::print(stderr, "{}\n", world.error());
-    std::abort();
-  }
-  return std::move(world).value();
+  return OrAbort(World::Create(ConfigOf(size, threads)));
+}
+
+std::unique_ptr<World> MakeFirmwareWorld(const Size& size, int threads) {
+  WorldConfig config = ConfigOf(size, threads);
+  config.step_ms = kFirmwareStepMs;
+  FirmwareConfig firmware;
+  firmware.engine.field = config.field;
+  client::Parameters robot;
+  static_cast<client::Settings&>(robot) = Settings();
+  firmware.robots.assign(size.robots, robot);
+  firmware.radio = {.robots_per_channel = 8, .lost_percent = 1};
+  RobotGroup& group = config.groups.front();
+  group.senses.clear();
+  group.deposits = 0;
+  group.behaviour = OrAbort(FirmwareSwarm::Create(std::move(firmware)));
+  return OrAbort(World::Create(std::move(config)));
 }
 
 DenseWorld::DenseWorld(const Size& size)

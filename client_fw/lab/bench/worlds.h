@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "client_fw/lab/world.h"
@@ -16,6 +17,11 @@ struct Size {
 };
 
 std::unique_ptr<World> MakeWorld(const Size& size, int threads);
+
+/// The same at level "firmware": steps of kFirmwareStepMs, eight robots a channel in rounds, 1 % of
+/// the frames lost.
+constexpr int64_t kFirmwareStepMs = 20;
+std::unique_ptr<World> MakeFirmwareWorld(const Size& size, int threads);
 
 /// The same robots, laws, wheels and collisions on a map that is swept in each step: DenseGrid of
 /// server/core/field/bench evaporates all cells, robots stamp cones on it and read the cells under

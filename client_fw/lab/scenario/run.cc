@@ -1,5 +1,6 @@
 #include "client_fw/lab/scenario/run.h"
 
+#include <algorithm>
 #include <memory>
 
 #include "client_fw/lab/scenario/events.h"
@@ -8,13 +9,16 @@ namespace pheromone::lab {
 
 LabResult ResultOf(const World& world) {
   const uint64_t steps = world.time().step;
-  return LabResult{world.robots().count,
-                   static_cast<int64_t>(world.time().step_ms),
-                   steps,
-                   world.Hash(),
-                   world.tally(),
-                   world.sites().trips(),
-                   world.coverage().At(steps)};
+  return LabResult{
+      false,
+      world.robots().count,
+      static_cast<int64_t>(world.time().step_ms),
+      steps,
+      world.Hash(),
+      std::max<int64_t>(static_cast<int64_t>(world.time().now_ms()) - world.measure_from_ms(), 0),
+      world.tally(),
+      world.sites().trips(),
+      world.coverage().At(steps)};
 }
 
 Result<LabResult> RunLab(const LabScenario& scenario, int threads,
@@ -40,22 +44,33 @@ std::vector<std::pair<std::string, double>> MeasuresOf(const LabResult& result) 
   };
   const Moves& moves = result.tally.moves;
   const Trips& trips = result.trips;
-  return {{"robots", static_cast<double>(result.robots)},
-          {"time_s", static_cast<double>(result.steps) * step_s},
-          {"deliveries", static_cast<double>(trips.delivered)},
-          {"deliveries_per_robot_hour", share(trips.delivered, robot_hours)},
-          {"delivered_quality", trips.quality},
-          {"lost_loads", static_cast<double>(trips.lost)},
-          {"trip_s", share(trips.duration_ms, trips.delivered) / 1000},
-          {"path_efficiency", share(trips.least_way_m, trips.way_m)},
-          {"robot_contacts_per_robot_hour", share(moves.robot_contacts, robot_hours)},
-          {"wall_contacts_per_robot_hour", share(moves.wall_contacts, robot_hours)},
-          {"standing_share", share(moves.standing, robot_steps)},
-          {"covered_share", result.coverage.covered},
-          {"idle_mean_s", result.coverage.mean_idle_steps * step_s},
-          {"idle_most_s", static_cast<double>(result.coverage.most_idle_steps) * step_s},
-          {"deposited_quanta", static_cast<double>(result.tally.deposited_quanta)},
-          {"refused_deposits", static_cast<double>(result.tally.refused_deposits)}};
+  std::vector<std::pair<std::string, double>> measures = {
+      {"robots", static_cast<double>(result.robots)},
+      {"time_s", static_cast<double>(result.steps) * step_s}};
+  if (!result.on_air) {
+    measures.insert(measures.end(),
+                    {{"deliveries", static_cast<double>(trips.delivered)},
+                     {"deliveries_per_robot_hour", share(trips.delivered, robot_hours)},
+                     {"delivered_quality", trips.quality},
+                     {"lost_loads", static_cast<double>(trips.lost)},
+                     {"trip_s", share(trips.duration_ms, trips.delivered) / 1000},
+                     {"path_efficiency", share(trips.least_way_m, trips.way_m)},
+                     {"robot_contacts_per_robot_hour", share(moves.robot_contacts, robot_hours)},
+                     {"wall_contacts_per_robot_hour", share(moves.wall_contacts, robot_hours)},
+                     {"standing_share", share(moves.standing, robot_steps)},
+                     {"covered_share", result.coverage.covered},
+                     {"idle_mean_s", result.coverage.mean_idle_steps * step_s},
+                     {"idle_most_s", static_cast<double>(result.coverage.most_idle_steps) * step_s},
+                     {"deposited_quanta", static_cast<double>(result.tally.deposited_quanta)},
+                     {"refused_deposits", static_cast<double>(result.tally.refused_deposits)}});
+  }
+  measures.insert(measures.end(),
+                  {{"answers_per_s", 1000 * share(result.tally.heard.answers, result.measured_ms)},
+                   {"fail_safe_stops", static_cast<double>(result.tally.heard.fail_safe_stops)}});
+  if (result.tally.path_errors.samples > 0) {
+    measures.emplace_back("path_error_mm", 1000 * result.tally.path_errors.mean_m());
+  }
+  return measures;
 }
 
 }  // namespace pheromone::lab

@@ -11,6 +11,10 @@
 //   ..._contacts_per_robot_hour  begun, with other robots and with walls
 //   standing_share               of robots and steps: moved by less than a millimetre
 //   covered_share                of the places of [measure], those that a robot was at
+//   answers_per_s                of all robots together, from [measure] from_s on
+//   fail_safe_stops              from then on: robots that had no answer for 480 ms
+//   path_error_mm                from then on, where the map has paths: how far robots are from the
+//                                one that they started at, in the mean, looked at once a second
 //   idle_mean_s                  the time since a robot was at a place, over places and time
 //   idle_most_s                  the longest such time at the end
 #pragma once
@@ -28,10 +32,12 @@
 namespace pheromone::lab {
 
 struct LabResult {
+  bool on_air = false;  ///< level "radio", which has no world to measure
   size_t robots = 0;
   int64_t step_ms = 200;
   uint64_t steps = 0;
   uint64_t hash = 0;
+  int64_t measured_ms = 0;  ///< since [measure] from_s
   WorldTally tally;
   Trips trips;
   Coverage::Share coverage;
@@ -45,7 +51,8 @@ LabResult ResultOf(const World& world);
 Result<LabResult> RunLab(const LabScenario& scenario, int threads,
                          const std::function<void(int64_t ms)>& progress);
 
-/// Names and values, in the order of the summary's columns.
+/// Names and values, in the order of the summary's columns; at level "radio" those of time,
+/// answers, stops and paths only.
 std::vector<std::pair<std::string, double>> MeasuresOf(const LabResult& result);
 
 }  // namespace pheromone::lab

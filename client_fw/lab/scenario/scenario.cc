@@ -1,9 +1,14 @@
 #include "client_fw/lab/scenario/scenario.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 #include <utility>
 
+#include "client_fw/lab/firmware/firmware_swarm.h"
+#include "client_fw/lab/scenario/level.h"
 #include "client_fw/lab/scenario/robots_section.h"
 #include "server/base/file.h"
 #include "server/config/points.h"
@@ -19,19 +24,54 @@ using config::Value;
 constexpr uint64_t kFieldBytes = uint64_t{1} << 30;
 constexpr int64_t kMaxDurationMs = int64_t{366} * 86'400'000;
 constexpr double kMaxAmount = 1e12;
+constexpr std::string_view kLevels[] = {"field", "firmware", "radio"};
 
 void ReadRunSection(const Value& root, Notes* notes, LabScenario* scenario) {
   const TableReader run(config::TableOf(root, "run", notes), "run", &notes->problems);
-  run.AllowOnly({"duration_s", "step_s", "seed"});
+  run.AllowOnly({"level", "duration_s", "step_s", "seed"});
+  scenario->level = static_cast<Level>(run.OneOf("level", kLevels, 0).value_or(0));
   scenario->duration_ms =
       run.Scaled("duration_s", config::kSecondsToMs, 1, kMaxDurationMs, 60'000).value_or(1);
-  scenario->world.step_ms = run.Scaled("step_s", config::kSecondsToMs, 1, 60'000, 200).value_or(1);
   scenario->world.seed = static_cast<uint64_t>(run.Integer("seed", 0, INT64_MAX, 1).value_or(0));
+}
+
+// The radio, and the step, which has to be short where answers come in between.
+void ReadRadioSection(const Value& root, Notes* notes, LabScenario* scenario) {
+  const TableReader radio(config::TableOf(root, "radio", notes), "radio", &notes->problems);
+  radio.AllowOnly({"model", "robots_per_channel", "lost"});
+  static constexpr std::string_view kModels[] = {"ideal", "rounds"};
+  const bool on_air = scenario->level == Level::kRadio;
+  const bool channels = radio.OneOf("model", kModels, on_air ? 1 : 0).value_or(0) == 1;
+  if (on_air && !channels) {
+    radio.Report("model", "not known to level = \"radio\", expected \"rounds\"");
+  }
+  if (channels) {
+    RadioModel model;
+    model.robots_per_channel = static_cast<int>(
+        radio.Integer("robots_per_channel", 1, kMaxMeasuredRobots, model.robots_per_channel)
+            .value_or(1));
+    const double lost = radio.Number("lost", 0, 1, 0).value_or(0);
+    model.lost_percent = static_cast<int>(std::lround(100 * lost));
+    if (100 * lost != model.lost_percent || FindMeasured(model.lost_percent, 1) == nullptr) {
+      radio.Report("lost",
+                   fmt::format("found {}, expected what was measured: 0, 0.01 or 0.05", lost));
+    }
+    scenario->world.radio = model;
+  } else {
+    radio.Without({"robots_per_channel", "lost"}, "model = \"ideal\"", "model = \"rounds\"");
+  }
+  const TableReader run(config::TableOf(root, "run", notes), "run", &notes->problems);
+  const bool fine = channels || scenario->level != Level::kField;
+  scenario->world.step_ms = run.Scaled("step_s", config::kSecondsToMs, 1,
+                                       fine ? kMaxRadioStepMs : 60'000, fine ? 20 : 200)
+                                .value_or(1);
 }
 
 void ReadMeasureSection(const Value& root, Notes* notes, LabScenario* scenario) {
   const TableReader measure(config::TableOf(root, "measure", notes), "measure", &notes->problems);
-  measure.AllowOnly({"place_m"});
+  measure.AllowOnly({"place_m", "from_s"});
+  scenario->world.measure_from_ms =
+      measure.Scaled("from_s", config::kSecondsToMs, 0, scenario->duration_ms - 1, 0).value_or(0);
   const int64_t cell_um = scenario->world.field.map.cell_um;
   scenario->world.coverage_cell_um =
       measure
@@ -206,8 +246,8 @@ Result<LabScenario> ReadLabScenario(const Value& tree, const std::string& name,
   LabScenario scenario;
   scenario.name = std::filesystem::path(name).stem().string();
   TableReader(tree, "", &notes.problems)
-      .AllowOnly({"run", "measure", "sweep", "robots", "site", "wall", "event", "map", "antennas",
-                  "pheromone", "obstacles", "path", "print"});
+      .AllowOnly({"run", "measure", "sweep", "robots", "site", "wall", "event", "radio", "map",
+                  "antennas", "pheromone", "obstacles", "path", "print"});
   config::Config server;
   field::FieldConfig& field = server.engine.field;
   const bool has_map = config::ReadMap(tree, &notes, &server);
@@ -218,6 +258,7 @@ Result<LabScenario> ReadLabScenario(const Value& tree, const std::string& name,
     config::ReadObstacles(tree, &notes, &field);
   }
   ReadRunSection(tree, &notes, &scenario);
+  ReadRadioSection(tree, &notes, &scenario);
   if (has_map && has_pheromones) {
     config::ReadPaths(tree, server.datum, &notes, &field);
     config::ReadPrints(tree, &notes, &field);
@@ -229,6 +270,7 @@ Result<LabScenario> ReadLabScenario(const Value& tree, const std::string& name,
     ReadGates(tree, &notes, &scenario);
     ReadGroups(tree, &notes, &scenario);
     ReadEvents(tree, &notes, &scenario);
+    CheckLevel(tree, scenario, &notes);
   }
   if (!notes.problems.empty()) {
     return Error{notes.problems.Text()};
@@ -247,17 +289,56 @@ Result<LabScenario> LoadLabScenario(const std::string& path, const KeyValues& se
   return ReadLabScenario(tree, path, std::filesystem::path(path).parent_path());
 }
 
+namespace {
+
+// All groups at level "firmware": what they sense and deposit is their firmware's matter.
+Result<std::shared_ptr<Behaviour>> MakeFirmware(const LabScenario& scenario, WorldConfig* config) {
+  FirmwareConfig firmware;
+  firmware.engine.field = config->field;
+  firmware.engine.pose_unit_10um = config->pose_unit_10um;
+  firmware.radio = std::exchange(config->radio, std::nullopt);
+  firmware.seed = config->seed;
+  for (size_t i = 0; i < config->groups.size(); ++i) {
+    RobotGroup& group = config->groups[i];
+    client::Parameters robot;
+    static_cast<client::Settings&>(robot) = FollowSettings(scenario.plans[i].values);
+    robot.type = group.senses.front();
+    firmware.robots.insert(firmware.robots.end(), group.starts.size(), robot);
+    group.senses.clear();
+    group.deposits = 0;
+  }
+  PHEROMONE_TRY(std::shared_ptr<Behaviour> swarm, FirmwareSwarm::Create(std::move(firmware)));
+  return swarm;
+}
+
+}  // namespace
+
 Result<std::unique_ptr<World>> MakeWorld(const LabScenario& scenario, int threads) {
   WorldConfig config = scenario.world;
   config.field.obstacles = ObstaclesOf(scenario, scenario.gates);
   config.threads = threads;
+  std::shared_ptr<Behaviour> firmware;
+  if (scenario.level == Level::kRadio) {
+    return Error{scenario.name +
+                 ": found run.level = \"radio\", which pheromone-swarm lab run "
+                 "simulates, expected \"field\" or \"firmware\""};
+  }
+  if (scenario.level == Level::kFirmware) {
+    PHEROMONE_TRY(firmware, MakeFirmware(scenario, &config));
+  }
   for (size_t i = 0; i < config.groups.size(); ++i) {
     const BehaviourPlan& plan = scenario.plans[i];
     RobotGroup& group = config.groups[i];
-    if (plan.outside) {
-      continue;
+    if (firmware != nullptr && plan.outside) {
+      return Error{scenario.name + ": \"" + group.name +
+                   "\" is driven from outside, expected "
+                   "run.level = \"field\""};
     }
-    if (plan.kind != nullptr) {
+    if (firmware != nullptr) {
+      group.behaviour = firmware;
+    } else if (plan.outside) {
+      continue;
+    } else if (plan.kind != nullptr) {
       group.behaviour = plan.kind->make(plan.values, group.starts.size());
     } else {
       PHEROMONE_TRY(group.behaviour, LoadPlugin(plan.plugin, plan.plugin_parameters));

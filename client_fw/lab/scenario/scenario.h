@@ -53,8 +53,13 @@ struct LabEvent {
   double amount = 0;  ///< of food; of a robot of the group, the probability to fail
 };
 
+/// What of a robot is simulated: the law and the field; its firmware, whose messages the engine
+/// answers; or all, with each byte on the air (client_fw/swarm).
+enum class Level : uint8_t { kField, kFirmware, kRadio };
+
 struct LabScenario {
-  std::string name;                  ///< of the file, without folder and extension
+  std::string name;  ///< of the file, without folder and extension
+  Level level = Level::kField;
   WorldConfig world;                 ///< groups without behaviours; all gates are open
   std::vector<BehaviourPlan> plans;  ///< a group
   std::vector<std::string> site_names;
@@ -77,7 +82,8 @@ Result<LabScenario> ReadLabScenario(const config::Value& tree, const std::string
 field::Shared<field::ObstacleMask> ObstaclesOf(const LabScenario& scenario,
                                                const std::vector<Gate>& gates);
 
-/// A world as it is at the start. Errors: a plug-in that cannot be loaded.
+/// A world as it is at the start. Errors: level "radio", which has none; a plug-in that cannot be
+/// loaded.
 Result<std::unique_ptr<World>> MakeWorld(const LabScenario& scenario, int threads);
 
 }  // namespace pheromone::lab

@@ -1,12 +1,12 @@
 #include "client_fw/swarm/scenario/robots.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <numbers>
 
 #include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/fit.h"
 #include "client_fw/swarm/robots.h"
+#include "server/core/engine/wire_units.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -110,7 +110,7 @@ void CheckAvr(const TableReader& table, const Scenario& scenario, const RobotGro
                  "the AVR image passes single bytes to its modem, so radio.loss would not lose "
                  "whole frames, expected radio.bit_error instead");
   }
-  if (NeedsWide(scenario.engine)) {
+  if (engine::NeedsWide(scenario.engine.field.map, scenario.engine.pose_unit_10um)) {
     table.Report("client",
                  "the AVR image has 16-bit coordinates, expected a map within their range");
   }
@@ -209,15 +209,6 @@ void ReadRobots(const Value& root, Notes* notes, Scenario* scenario) {
       return;
     }
   }
-}
-
-// 16-bit coordinates reach 32 767 pose units from (0, 0).
-bool NeedsWide(const engine::EngineConfig& engine) {
-  const field::MapGeometry& map = engine.field.map;
-  const int64_t reach_um = int64_t{32'767} * engine.pose_unit_10um * 10;
-  return std::max({std::abs(map.origin.x), std::abs(map.origin.y),
-                   std::abs(map.origin.x + map.width_um), std::abs(map.origin.y + map.height_um)}) >
-         reach_um;
 }
 
 }  // namespace pheromone::swarm

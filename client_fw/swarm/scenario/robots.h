@@ -13,7 +13,4 @@ namespace pheromone::swarm {
 /// Errors are added to `notes`.
 void ReadRobots(const config::Value& root, config::Notes* notes, Scenario* scenario);
 
-/// Whether the map needs messages with 32-bit coordinates.
-bool NeedsWide(const engine::EngineConfig& engine);
-
 }  // namespace pheromone::swarm

@@ -5,6 +5,7 @@
 #include "client_fw/swarm/scenario/robots.h"
 #include "server/base/file.h"
 #include "server/config/sections.h"
+#include "server/core/engine/wire_units.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -84,7 +85,7 @@ void Finish(Scenario* scenario) {
     engine.links.push_back(told.Link("radio-" + std::to_string(i + 1)));
   }
   for (RobotGroup& group : scenario->groups) {
-    group.client.wide = NeedsWide(engine);
+    group.client.wide = engine::NeedsWide(engine.field.map, engine.pose_unit_10um);
   }
 }
 

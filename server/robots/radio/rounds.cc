@@ -52,7 +52,8 @@ int PatienceFor(double lost) {
   return static_cast<int>(std::clamp<double>(std::ceil(turns), kLeastPatience, kMostPatience));
 }
 
-// The intensities in an answer to SENSE or TRACE, or the reason of an ERROR.
+}  // namespace
+
 std::optional<protocol::RoundAnswer> InRound(const protocol::Message& answer) {
   protocol::SenseAnswer sense;
   protocol::TraceAnswer trace;
@@ -68,8 +69,6 @@ std::optional<protocol::RoundAnswer> InRound(const protocol::Message& answer) {
   }
   return std::nullopt;
 }
-
-}  // namespace
 
 void Rounds::Resume(const std::vector<RoundMember>& members, Time now) {
   begin_ = now;

@@ -49,6 +49,10 @@ struct RoundCounters {
   bool operator==(const RoundCounters&) const = default;
 };
 
+/// How a ROUND has an answer: the intensities for SENSE or TRACE, the reason of an ERROR; nothing
+/// for others, which are frames of their own.
+std::optional<protocol::RoundAnswer> InRound(const protocol::Message& answer);
+
 class Rounds {
  public:
   explicit Rounds(const ChannelOptions& options) : options_(options) {}

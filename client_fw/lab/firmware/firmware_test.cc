@@ -1,0 +1,114 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "client_fw/lab/firmware/firmware_swarm.h"
+#include "client_fw/lab/testing/worlds.h"
+
+namespace pheromone::lab {
+namespace {
+
+using testing::Made;
+using testing::SmallWorld;
+
+struct Swarm {
+  std::shared_ptr<FirmwareSwarm> firmware;
+  std::unique_ptr<World> world;
+};
+
+// `count` robots side by side that drive along pheromone 2, or lay 1.
+Swarm Make(size_t count, const std::optional<RadioModel>& radio, bool lay_trail) {
+  WorldConfig config = SmallWorld();
+  config.step_ms = 20;
+  config.seed = 9;
+  field::Path path;
+  path.type = 2;
+  path.count = 8;
+  path.points = {{500'000, 5'000'000}, {9'500'000, 5'000'000}};
+  config.field.paths = {path};
+  client::Parameters robot;
+  robot.type = lay_trail ? 1 : 2;
+  robot.lay_trail = lay_trail;
+  robot.lost_trail = client::LostTrail::kStraight;
+  FirmwareConfig firmware;
+  firmware.engine.field = config.field;
+  firmware.robots.assign(count, robot);
+  firmware.radio = radio;
+  firmware.seed = config.seed;
+  auto swarm = FirmwareSwarm::Create(std::move(firmware));
+  EXPECT_TRUE(swarm.ok()) << swarm.ErrorOr("");
+  RobotGroup group;
+  group.name = "firmware";
+  group.radius_m = 0;
+  for (size_t i = 0; i < count; ++i) {
+    group.starts.push_back(
+        {1, 4.8 + 0.4 * static_cast<double>(i) / static_cast<double>(count), 0.2});
+  }
+  group.behaviour = swarm.value();
+  config.groups = {group};
+  return {swarm.value(), Made(std::move(config))};
+}
+
+void RunTo(int64_t ms, Swarm* swarm) {
+  while (static_cast<int64_t>(swarm->world->time().now_ms()) < ms) {
+    const Status status = swarm->world->Step();
+    ASSERT_TRUE(status.ok()) << status.ErrorOr("");
+  }
+}
+
+TEST(Firmware, OnAnIdealLinkItFollowsAndIsAnsweredInEachPeriod) {
+  Swarm swarm = Make(5, {}, false);
+  RunTo(30'000, &swarm);
+  EXPECT_NEAR(static_cast<double>(swarm.world->tally().heard.answers), 5 * 5 * 30.0, 25);
+  EXPECT_EQ(swarm.world->tally().heard.fail_safe_stops, 0u);
+  for (size_t i = 0; i < 5; ++i) {
+    EXPECT_NEAR(swarm.world->robots().y_m[i], 5, 0.05);
+    EXPECT_NEAR(swarm.world->robots().x_m[i], 1 + 0.2 * 29, 0.3);
+  }
+}
+
+// The engine has what was laid: as many quanta as TRACEs were answered.
+TEST(Firmware, TracesAreLaidOnTheEnginesField) {
+  Swarm swarm = Make(3, {}, true);
+  RunTo(10'000, &swarm);
+  const uint64_t laid = swarm.world->tally().deposited_quanta;
+  EXPECT_EQ(laid, swarm.world->tally().heard.answers);
+  EXPECT_GE(swarm.firmware->service().counters().changes, laid);
+  swarm.firmware->service().Inspect([&](const engine::Engine& engine) {
+    EXPECT_GT(engine.field().node_count(), swarm.world->field().node_count());
+  });
+}
+
+// Answers and stops are those of the link's exchanges, though the firmware counts the stops itself.
+TEST(Firmware, InRoundsItIsAnsweredAsTheLinkSays) {
+  for (const int lost : {0, 5}) {
+    const RadioModel radio{.robots_per_channel = 40, .lost_percent = lost};
+    Swarm swarm = Make(20, radio, lost == 5);
+    RunTo(60'000, &swarm);
+    const RoundsLink link(20, radio, 9);
+    double answers = 0;
+    double stops = 0;
+    for (size_t robot = 0; robot < 20; ++robot) {
+      LinkExchange exchange = link.First(robot);
+      while (exchange.answer_ms < 60'000) {
+        const LinkExchange next = link.After(robot, exchange);
+        ++answers;
+        stops += std::min<int64_t>(next.answer_ms, 60'000) - exchange.answer_ms > 480 ? 1 : 0;
+        exchange = next;
+      }
+    }
+    // A robot may not have said HELLO before its first turn, and EVENTs take some.
+    EXPECT_NEAR(static_cast<double>(swarm.world->tally().heard.answers), answers, 0.02 * answers);
+    EXPECT_NEAR(static_cast<double>(swarm.world->tally().heard.fail_safe_stops), stops,
+                0.02 * stops + 20);
+    EXPECT_GT(stops, 500);
+  }
+}
+
+}  // namespace
+}  // namespace pheromone::lab
