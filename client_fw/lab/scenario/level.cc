@@ -19,7 +19,7 @@ constexpr size_t kMaxRadioChannels = 16;
 // Follows one pheromone, and deposits a quantum of it or nothing.
 void CheckFollower(const TableReader& table, const std::string& level, const RobotGroup& group,
                    const BehaviourPlan& plan) {
-  if (plan.kind == nullptr || plan.kind->name != std::string_view("follow")) {
+  if (plan.kind == nullptr || plan.kind->name != "follow") {
     table.Report(plan.kind == nullptr ? "plugin" : "behaviour",
                  "not known to " + level + ", expected \"follow\"");
     return;
