@@ -136,6 +136,23 @@ class SensesTest(unittest.TestCase):
         blocked = np.isnan(world.levels("trail"))
         self.assertTrue(blocked[50].all() and not blocked[:45].any() and not blocked[56:].any())
 
+    def test_a_route_goes_around_the_wall_and_straight_on_when_it_is_open(self):
+        world = lab.World(small(apart(1), wall=[{"name": "gate", "points_m": [[5.0, 0.0], [5.0, 6.0]]}],
+                                event=[{"at_s": 1, "wall": "gate"}]), drive="ants")
+        route = world.route((4.0, 3.0), (6.0, 3.0))
+        np.testing.assert_array_equal(route[[0, -1]], [[4, 3], [6, 3]])
+        length = np.hypot(*np.diff(route, axis=0).T).sum()
+        # Around the two upper corners of the wall, or a cell beyond.
+        least = 2 * math.hypot(0.95, 3.05) + 0.1
+        self.assertTrue(least <= length < 1.05 * least, length)
+        world.run(6)
+        np.testing.assert_array_equal(world.route((4.0, 3.0), (6.0, 3.0)), [[4, 3], [6, 3]])
+        for start, goal, clearance_m, said in (((4, 3), (11, 3), 0, r"goal: found \(11, 3\)"),
+                                               ((math.nan, 3), (6, 3), 0, "start: found"),
+                                               ((4, 3), (6, 3), -1, "clearance_m: found -1")):
+            with self.subTest(said), self.assertRaisesRegex(lab.LabError, said):
+                world.route(start, goal, clearance_m)
+
     def test_loads_are_picked_up_and_delivered(self):
         sites = [{"name": "nest", "kind": "nest", "at_m": [2.0, 1.0], "radius_m": 0.3},
                  {"name": "food", "kind": "food", "at_m": [1.0, 1.0], "radius_m": 0.3, "amount": 2}]
