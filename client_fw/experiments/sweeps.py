@@ -18,15 +18,16 @@ import statistics
 import sys
 import time
 
-# Student's t, two-sided 95 %, by degrees of freedom.
-T = {29: 2.04523}
+# Student's t, two-sided 95 %, of 1 to 29 degrees of freedom.
+T = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131,
+     2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045)
 Z = 1.95996  # of the normal distribution
 
 
 def interval(values):
-    """The mean, and half of its 95 % confidence interval."""
+    """The mean of 2 to 30 values, and half of its 95 % confidence interval."""
     return (statistics.fmean(values),
-            T[len(values) - 1] * statistics.stdev(values) / math.sqrt(len(values)))
+            T[len(values) - 2] * statistics.stdev(values) / math.sqrt(len(values)))
 
 
 def wilson(successes, runs):
@@ -38,7 +39,7 @@ def wilson(successes, runs):
 
 
 def write(path, rows):
-    """Rows of the same keys as CSV; numbers as short as they are exact to six digits."""
+    """Rows of the same keys as CSV, with six digits; None is empty."""
     with open(path, "w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         writer.writeheader()

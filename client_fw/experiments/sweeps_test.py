@@ -23,10 +23,11 @@ def squares(base, case):
 
 class IntervalsTest(unittest.TestCase):
     def test_of_a_mean(self):
-        # 1 to 30: s = sqrt(77.5), and t of 29 degrees of freedom is 2.04523 in printed tables.
-        mean, half = sweeps.interval(range(1, 31))
-        self.assertEqual(mean, 15.5)
-        self.assertAlmostEqual(half, 2.04523 * (77.5 / 30) ** 0.5, places=5)
+        # 1 to n: s^2 = n (n + 1) / 12; t of 1, 9 and 29 degrees of freedom from printed tables.
+        for count, t in ((2, 12.706), (10, 2.262), (30, 2.045)):
+            mean, half = sweeps.interval(range(1, count + 1))
+            self.assertEqual(mean, (count + 1) / 2)
+            self.assertAlmostEqual(half, t * ((count + 1) / 12) ** 0.5, places=9)
 
     def test_wilsons(self):
         # Newcombe 1998, table I, method 3.
