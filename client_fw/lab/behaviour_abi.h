@@ -85,7 +85,7 @@ struct PheromoneView {
   const struct PheromoneSite* sites;
   size_t site_count;
 
-  const struct PheromoneParameter* parameters;  ///< of the scenario, of a plug-in only
+  const struct PheromoneParameter* parameters;  ///< of a plug-in only, in the order of their names
   size_t parameter_count;
 
   const uint8_t* answered;  ///< 0: nothing has come in this step; what it sensed is from before

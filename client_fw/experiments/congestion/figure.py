@@ -6,29 +6,21 @@
 Also prints the table of README.md.
 """
 
-import math
 import pathlib
-import statistics
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "deploy/pictures"))
+EXPERIMENTS = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(EXPERIMENTS), str(EXPERIMENTS.parents[1] / "deploy/pictures")]
 
 import figure_style as style  # noqa: E402  (after the path)
 from figure_style import pyplot  # noqa: E402
+from sweeps import interval  # noqa: E402
 
 COUNT, QUANTA = "robots[1].count", "robots[1].parameters.quanta"
 CASES = {0: ("without a trail", style.VERMILION, "s"), 2: ("with a trail", style.BLUE, "o")}
-# Student's t, two-sided 95 %, by degrees of freedom.
-T = {29: 2.045}
 PANELS = (("deliveries_per_robot_hour", "loads a robot and hour", 1),
           ("deliveries_per_robot_hour", "loads an hour, of all robots", None),
           ("robot_contacts_per_robot_hour", "robots met, a robot and hour", 1))
-
-
-def interval(values):
-    """The mean, and half of its 95 % confidence interval."""
-    return (statistics.fmean(values),
-            T[len(values) - 1] * statistics.stdev(values) / math.sqrt(len(values)))
 
 
 def differences(rows):

@@ -7,10 +7,12 @@
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "deploy/pictures"))
+EXPERIMENTS = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(EXPERIMENTS), str(EXPERIMENTS.parents[1] / "deploy/pictures")]
 
 import figure_style as style  # noqa: E402  (after the path)
 from figure_style import pyplot  # noqa: E402
+from sweeps import wilson  # noqa: E402
 
 import re  # noqa: E402
 
@@ -122,14 +124,6 @@ def draw_trips(rows):
     return figure
 
 
-def wilson(successes, runs):
-    """Wilson's 95 % interval of a probability, in percent."""
-    z, share = 1.96, successes / runs
-    centre = (share + z * z / (2 * runs)) / (1 + z * z / runs)
-    half = z / (1 + z * z / runs) * (share * (1 - share) / runs + z * z / (4 * runs * runs)) ** 0.5
-    return 100 * max(0, centre - half), 100 * min(1, centre + half)
-
-
 def draw_lock_in(rows):
     cases = style.groups(rows, "deposit", "explore_percent")
     figure, panels = pyplot.subplots(-(-len(cases) // 2), 2, figsize=(10, 3 * -(-len(cases) // 2)),
@@ -143,7 +137,7 @@ def draw_lock_in(rows):
                 runs = sum(style.column(of_law, "runs"))
                 places.append(laws.index(law) + 0.26 * (i - 1))
                 shares.append(100 * on_long / runs)
-                spans.append(wilson(on_long, runs))
+                spans.append([100 * share for share in wilson(on_long, runs)])
             axes.bar(places, shares, 0.24, color=ROBOTS[i], hatch=(None, "//", "..")[i],
                      edgecolor="white", linewidth=0, label=f"{robots:g} robots")
             axes.errorbar(places, shares, fmt="none", ecolor=style.BLACK, elinewidth=0.8, capsize=2,

@@ -136,6 +136,23 @@ class SensesTest(unittest.TestCase):
         blocked = np.isnan(world.levels("trail"))
         self.assertTrue(blocked[50].all() and not blocked[:45].any() and not blocked[56:].any())
 
+    def test_a_route_goes_around_the_wall_and_straight_on_when_it_is_open(self):
+        world = lab.World(small(apart(1), wall=[{"name": "gate", "points_m": [[5.0, 0.0], [5.0, 6.0]]}],
+                                event=[{"at_s": 1, "wall": "gate"}]), drive="ants")
+        route = world.route((4.0, 3.0), (6.0, 3.0))
+        np.testing.assert_array_equal(route[[0, -1]], [[4, 3], [6, 3]])
+        length = np.hypot(*np.diff(route, axis=0).T).sum()
+        # Around the two upper corners of the wall, or a cell beyond.
+        least = 2 * math.hypot(0.95, 3.05) + 0.1
+        self.assertTrue(least <= length < 1.05 * least, length)
+        world.run(6)
+        np.testing.assert_array_equal(world.route((4.0, 3.0), (6.0, 3.0)), [[4, 3], [6, 3]])
+        for start, goal, clearance_m, said in (((4, 3), (11, 3), 0, r"goal: found \(11, 3\)"),
+                                               ((math.nan, 3), (6, 3), 0, "start: found"),
+                                               ((4, 3), (6, 3), -1, "clearance_m: found -1")):
+            with self.subTest(said), self.assertRaisesRegex(lab.LabError, said):
+                world.route(start, goal, clearance_m)
+
     def test_loads_are_picked_up_and_delivered(self):
         sites = [{"name": "nest", "kind": "nest", "at_m": [2.0, 1.0], "radius_m": 0.3},
                  {"name": "food", "kind": "food", "at_m": [1.0, 1.0], "radius_m": 0.3, "amount": 2}]
@@ -521,6 +538,45 @@ class EnvironmentsTest(unittest.TestCase):
         env.step(stay)
         self.assertEqual(env.step(stay)[1], 1)
         self.assertEqual((env.step(stay)[1], env.world.measures()["deliveries"]), (0, 1))
+
+
+class ExperimentsTest(unittest.TestCase):
+    """Those of client_fw/experiments that are in Python."""
+
+    @classmethod
+    def setUpClass(cls):
+        sys.path.insert(0, str(ROOT / "client_fw" / "experiments" / "arms"))
+        global arms
+        import arms
+
+    def test_branches_have_their_lengths_and_do_not_cross(self):
+        for count in range(2, 6):
+            corners = list(arms.branches(count))
+            lengths = [np.hypot(*np.diff(branch, axis=0).T).sum() for branch in corners]
+            np.testing.assert_allclose(lengths, np.linspace(6.6, 13.2, count))
+            # From the outermost on one side to that on the other, at the stub and in the middle.
+            sides = [[branch[1][1], branch[2][1]] for branch in corners]
+            for one, other in zip(sorted(sides), sorted(sides)[1:]):
+                self.assertTrue((np.array(one) < other).all())
+
+    def test_each_choice_at_the_nest_is_counted(self):
+        # While the short branch is closed, only the long one brings ants home with a trail.
+        with mock.patch.multiple(arms, BRIDGES=2, TILES_A_ROW=4, DURATION_S={"late": 600}):
+            choices = arms.simulate(2, "late")
+        self.assertEqual(choices.shape, (4, 4, 2, 2))
+        short, long = choices[-1].sum(axis=(0, 1))
+        self.assertGreater(long, 2 * short)
+        # Ten ants, at 0.3 m/s: 13.2 m a way and some turns, or 3.3 m to the wall.
+        of_bridge = choices[1:].sum(axis=(0, 3))
+        least, most = (10 * 450 / trip_s for trip_s in (2 * 13.2 / 0.3 + 40, 2 * 3.3 / 0.3))
+        self.assertTrue(((of_bridge >= least) & (of_bridge <= most)).all(), of_bridge)
+
+    def test_ants_that_a_wall_cuts_off_come_home_by_another_branch(self):
+        with mock.patch.multiple(arms, BRIDGES=4, TILES_A_ROW=4, EVENTS={"again": [(150, False)]},
+                                 DURATION_S={"again": 750}):
+            choices = arms.simulate(3, "again")
+        of_bridge = choices[2:].sum(axis=(0, 3))
+        self.assertTrue((of_bridge >= 10 * 450 / (2 * 13.2 / 0.3 + 60)).all(), of_bridge)
 
 
 class PackageTest(unittest.TestCase):

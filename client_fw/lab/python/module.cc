@@ -27,6 +27,7 @@
 #include "client_fw/lab/chance.h"
 #include "client_fw/lab/python/arrays.h"
 #include "client_fw/lab/python/simulation.h"
+#include "server/core/field/route.h"
 
 namespace pheromone::lab::python {
 namespace {
@@ -233,6 +234,36 @@ py::array_t<double> Uniform(Simulation& simulation, size_t first, size_t count, 
   return draws;
 }
 
+// A row for each corner.
+py::array_t<double> Route(Simulation& simulation, std::pair<double, double> start,
+                          std::pair<double, double> goal, double clearance_m) {
+  const Turn turn(&simulation);
+  if (!(clearance_m >= 0 && clearance_m <= 1000)) {
+    throw LabError(fmt::format("clearance_m: found {}, expected 0 to 1000", clearance_m));
+  }
+  const field::FieldConfig& config = simulation.world().field().config();
+  const AreaM map = AreaOf(config.map);
+  const auto point = [&](const char* name, const std::pair<double, double>& at) {
+    const auto [x_m, y_m] = at;
+    if (!(x_m >= map.left && x_m <= map.right && y_m >= map.bottom && y_m <= map.top)) {
+      throw LabError(
+          fmt::format("{}: found ({:g}, {:g}), expected a place on the map", name, x_m, y_m));
+    }
+    return field::PointUm{std::llround(x_m * 1e6), std::llround(y_m * 1e6)};
+  };
+  const auto route = field::FindRoute(config.map, config.obstacles, point("start", start),
+                                      point("goal", goal), std::llround(clearance_m * 1e6));
+  if (!route.ok()) {
+    throw LabError("route: " + route.error());
+  }
+  py::array_t<double> corners({route.value().size(), size_t{2}});
+  for (size_t i = 0; i < route.value().size(); ++i) {
+    corners.mutable_at(i, 0) = static_cast<double>(route.value()[i].x) / 1e6;
+    corners.mutable_at(i, 1) = static_cast<double>(route.value()[i].y) / 1e6;
+  }
+  return corners;
+}
+
 // The law of the core, for arrays.
 py::tuple Differential(const py::array_t<int16_t, py::array::c_style>& p_left,
                        const py::array_t<int16_t, py::array::c_style>& p_right, double speed_m_s,
@@ -344,6 +375,7 @@ PYBIND11_MODULE(_core, m) {
       .def("move_site", &MoveSite, py::arg("site"), py::arg("x_m"), py::arg("y_m"))
       .def("set_amount", &SetAmount, py::arg("site"), py::arg("amount"))
       .def("fail", &Fail, py::arg("robot"))
+      .def("route", &Route, py::arg("start"), py::arg("goal"), py::arg("clearance_m"))
       .def_property_readonly("steps", [](const Simulation& it) { return it.world().time().step; })
       .def_property_readonly("step_ms",
                              [](const Simulation& it) { return it.world().time().step_ms; })

@@ -249,3 +249,9 @@ class World:
     def fail(self, robot: int) -> None:
         """From now on it stands where it is. Its number is that in `robots`."""
         self._core.fail(robot)
+
+    def route(self, start: tuple[float, float], goal: tuple[float, float], clearance_m: float = 0.0) -> Doubles:
+        """The shortest way around the present obstacles (A*), with which path_efficiency compares: a row
+        (x_m, y_m) for each corner, start and goal included. It keeps clearance_m from obstacles where it can.
+        Raises LabError if there is no way."""
+        return self._core.route(start, goal, clearance_m)
