@@ -545,9 +545,20 @@ class ExperimentsTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        sys.path.insert(0, str(ROOT / "client_fw" / "experiments" / "arms"))
-        global arms
+        experiments = ROOT / "client_fw" / "experiments"
+        sys.path[:0] = [str(experiments), *(str(experiments / name) for name in ("arms", "maze"))]
+        global arms, maze, road_ants
         import arms
+        import maze
+        import road_ants
+
+    def test_ants_choose_roads_in_proportion_to_the_square(self):
+        looks = road_ants.Looks(30_000, 3)
+        looks.seen[:] = (0.2, 0.6, 5.0)
+        is_open = np.array([True, True, False])  # of the third, whatever is seen there
+        roads = looks.choose((np.arange(30_000) + 0.5) / 30_000, np.arange(30_000), is_open)
+        np.testing.assert_array_equal(np.bincount(roads), [6_000, 24_000])  # 0.4^2 : 0.8^2
+        self.assertTrue(np.isnan(looks.seen).all())
 
     def test_branches_have_their_lengths_and_do_not_cross(self):
         for count in range(2, 6):
@@ -577,6 +588,35 @@ class ExperimentsTest(unittest.TestCase):
             choices = arms.simulate(3, "again")
         of_bridge = choices[2:].sum(axis=(0, 3))
         self.assertTrue((of_bridge >= 10 * 450 / (2 * 13.2 / 0.3 + 60)).all(), of_bridge)
+
+    def test_the_maze_is_the_drawn_one(self):
+        for gate_open, shortest in ((True, 10), (False, 18)):
+            ways = maze.openings(gate_open)
+            neighbours = np.zeros((36, 36), int)
+            for cell, direction in zip(*np.nonzero(ways)):
+                neighbours[cell, cell + maze.STEPS[direction] @ (1, 6)] = 1
+            np.testing.assert_array_equal(neighbours, neighbours.T)
+            reached, steps = np.eye(36, dtype=int)[0], 0
+            while not reached[35]:
+                reached, steps = np.minimum(1, reached + reached @ neighbours), steps + 1
+            self.assertEqual(steps, shortest)
+
+    def test_ants_find_the_goal_and_keep_out_of_walls(self):
+        with mock.patch.object(maze, "ROBOTS", 4):
+            tiles = np.array([(0.5, 0.5), (7.5, 0.5)])
+            world = lab.World(maze.scenario(200, tiles), drive="ants")
+            ants = maze.Ants([maze.CONSTANT, maze.SCALED], tiles)
+            ways = maze.openings(True)
+            while world.time_s < 600:
+                world.step(**ants.decide(world.groups["ants"], world.steps, ways))
+        self.assertEqual(world.measures()["wall_contacts_per_robot_hour"], 0)
+        cells = np.concatenate([found for _, _, found in ants.found])
+        self.assertGreater(len(cells), 4)
+        self.assertTrue((cells >= 10).all())
+        for robot in range(8):  # a path is from cell to cell, without loops
+            path = ants.path[robot, :ants.last[robot] + 1]
+            self.assertEqual(len(set(path)), len(path))
+            self.assertTrue(all(abs(a % 6 - b % 6) + abs(a // 6 - b // 6) == 1 for a, b in zip(path, path[1:])))
 
 
 class PackageTest(unittest.TestCase):
