@@ -39,9 +39,4 @@ uint8_t AdapterLatencyMs(const std::string& port, const std::string& sys) {
   return usb || name.empty() ? kUsualLatencyMs : uint8_t{0};
 }
 
-bool IsPseudoTerminal(const std::string& port) {
-  std::error_code error;
-  return std::filesystem::canonical(port, error).parent_path() == "/dev/pts";
-}
-
 }  // namespace pheromone::attach

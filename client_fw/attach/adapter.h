@@ -21,7 +21,4 @@ constexpr uint8_t kRoundsLatencyMs = 1;
 /// a port without an adapter, such as a UART or a pseudo-terminal. `sys`: where sysfs is.
 uint8_t AdapterLatencyMs(const std::string& port, const std::string& sys = "/sys");
 
-/// Whether what is behind the port is a program, which may answer late.
-bool IsPseudoTerminal(const std::string& port);
-
 }  // namespace pheromone::attach

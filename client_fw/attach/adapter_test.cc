@@ -1,9 +1,6 @@
 #include "client_fw/attach/adapter.h"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -34,19 +31,6 @@ class AdapterTest : public testing::Test {
 
   const std::filesystem::path root_;
 };
-
-TEST_F(AdapterTest, APseudoTerminalIsKnownByWhereItLeads) {
-  const int master = posix_openpt(O_RDWR | O_NOCTTY);
-  ASSERT_EQ(unlockpt(master), 0);
-  const std::filesystem::path link = root_ / "dev/ttyUSB0";
-  std::filesystem::create_symlink(ptsname(master), link);
-  EXPECT_TRUE(IsPseudoTerminal(ptsname(master)));
-  EXPECT_TRUE(IsPseudoTerminal(link.string()));
-  close(master);
-  std::ofstream(root_ / "dev/ttyUSB1") << "";
-  EXPECT_FALSE(IsPseudoTerminal((root_ / "dev/ttyUSB1").string()));
-  EXPECT_FALSE(IsPseudoTerminal((root_ / "dev/ttyUSB2").string()));
-}
 
 TEST_F(AdapterTest, OneThatTellsIsBelieved) {
   EXPECT_EQ(LatencyOf("ttyUSB0", "1\n"), 1);

@@ -10,10 +10,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <filesystem>
 #include <system_error>
 #include <utility>
 
-#include "client_fw/attach/adapter.h"
 #include "server/base/terminal.h"
 
 namespace pheromone::attach {
@@ -27,6 +27,11 @@ constexpr std::array<speed_t, kBauds.size()> kSpeeds = {B300,    B600,    B1200,
 
 bool WouldBlock() {
   return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+}
+
+bool IsPseudoTerminal(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::canonical(path, error).string().starts_with("/dev/pts/");
 }
 
 bool SetSpeed(uint32_t rate, termios* mode) {

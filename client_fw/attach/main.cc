@@ -104,9 +104,8 @@ int Run(const Options& options) {
   attach.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
   attach.client.baud = modem_baud;
   const bool serial = modem.kind == Address::Kind::kSerial;
-  // How late an adapter may be is known, and part of the window; on a radio channel, each PING
-  // would take a request's place.
-  attach.client.buffered_link = !serial || IsPseudoTerminal(modem.text);
+  // Networks, and modems of this robot alone, deliver late and in pieces.
+  attach.client.buffered_link = true;
   attach.client.adapter_ms = serial ? AdapterLatencyMs(modem.text) : uint8_t{0};
   attach.client.rounds = serial && attach.client.adapter_ms <= kRoundsLatencyMs;
   if (serial) {

@@ -109,7 +109,9 @@ void Conversation::CheckSilence() {
 
 void Conversation::OnMiss() {
   Count(&Counters::timeouts);
-  resync_ = parameters().buffered_link;
+  // Where others are heard, the window holds all that may be late, and a PING takes a request's
+  // place.
+  resync_ = parameters().buffered_link && !(kHasAdapters && medium_.state().census.robots() != 0);
   medium_.OnOutcome(MediumAccess::kMissed);
   if (asked_opcode_ == protocol::kHello) {
     WaitForHello();

@@ -222,7 +222,8 @@ def damage(arguments):
                                *of_images(channel.folder, count), damaged=damaged)
                 channel.images(count, STANDS, LAYS_TRAIL)
                 rates, stops = channel.measure(arguments.seconds)
-                print(channel.finish() if arguments.verbose else "", end="")
+                told = channel.finish()
+                print(told if arguments.verbose else "", end="")
                 bound = (1 - damaged) ** TRACE_BYTES / (TRACE_BYTES * BYTE_S + 2 * 0.002)
                 tell(name, rates, stops, min(bound, 5 * count))
 
@@ -237,7 +238,8 @@ def mixed(arguments):
         channel.images(3, STANDS, LAYS_TRAIL)
         channel.attached(1)
         rates, stops = channel.measure(arguments.seconds)
-        print(channel.finish() if arguments.verbose else "", end="")
+        told = channel.finish()
+        print(told if arguments.verbose else "", end="")
         tell(name, rates, stops)
 
 
@@ -250,7 +252,8 @@ def contend(arguments):
                        *(f"{folder}/modem{robot},adapter=16" for robot in range(1, 5)))
         channel.attached(4)
         rates, stops = channel.measure(arguments.seconds)
-        print(channel.finish() if arguments.verbose else "", end="")
+        told = channel.finish()
+        print(told if arguments.verbose else "", end="")
         tell(name, rates, stops)
 
 

@@ -27,6 +27,24 @@ TEST(ResyncTest, PingAfterATimeoutIsPrecededByAPadByte) {
   EXPECT_EQ(1u, harness.counters().resyncs);
 }
 
+// Whoever hears others is on a radio channel, where a PING takes the place of a request.
+TEST(ResyncTest, NotOnAChannelThatOthersShare) {
+  for (const bool with_others : {false, true}) {
+    Harness harness(BufferedParameters());
+    harness.GreetAndServe(1500);
+    if (with_others) {
+      protocol::Message other;
+      Encode(protocol::SenseAnswer{8, 2, false, 0, 0}, &other);
+      harness.Feed(other);
+    }
+    ASSERT_TRUE(harness.RunUntilSent());
+    ASSERT_EQ(2, harness.SentSense().type);
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_EQ(harness.sent.opcode == protocol::kPing, !with_others);
+    EXPECT_EQ(harness.counters().resyncs, with_others ? 0u : 1u);
+  }
+}
+
 TEST(ResyncTest, PadByteFreesAReceiverStuckAnywhereInAFrame) {
   Harness harness(BufferedParameters());
   harness.Greet();

@@ -27,7 +27,7 @@ struct Parameters : Settings {
   uint8_t adapter_ms = 0;         ///< for how long our adapter may hold back what it received
   uint32_t baud = 9600;           ///< of the radio, 300 to 4 000 000
   bool wide = false;              ///< 32-bit coordinates
-  bool buffered_link = false;     ///< pty, TCP, UDP: answers may be late, so resynchronise
+  bool buffered_link = false;     ///< pty, TCP, UDP, USB: answers may be late, so resynchronise
   uint8_t firmware_version = 1;   ///< sent in HELLO
   bool rounds = true;             ///< asks for turns, where the server grants them
 };
