@@ -219,9 +219,9 @@ TEST_F(StreamTest, KeepsServingOthersBesideOneThatDoesNotRead) {
 }
 
 TEST_F(StreamTest, DisconnectsOneThatDoesNotReadWithoutKeepingWhatItMissed) {
-  control_.clients.resize(1000);  // more than the sockets' buffers in a few messages
-  Start({.write_patience = std::chrono::seconds(3)});  // many frames, also under sanitizers
-  const auto deaf = Connect();
+  control_.clients.resize(100);
+  Start({.write_patience = std::chrono::seconds(1)});
+  const auto deaf = Connect({.local = true});  // its buffer does not grow, unlike that of TCP
   deaf->Subscribe({"/clients"});
   const auto client = Connect();
   client->Subscribe({"/events", "/tf"});
@@ -246,16 +246,16 @@ TEST_F(StreamTest, AnswersEachMessageOfAFloodAndReadsNoMoreThanItCanAnswer) {
 }
 
 TEST_F(StreamTest, HearsOneThatWasToldOfDroppedEvents) {
-  control_.clients.resize(1000);  // more than the sockets' buffers in a few messages
   Start({.write_patience = std::chrono::hours(1)});
-  const auto slow = Connect();
-  slow->Subscribe({"/clients", "/events"});
+  const auto slow = Connect({.local = true});  // its buffer does not grow, unlike that of TCP
+  slow->Subscribe({"/events"});
   const auto reader = Connect();
-  reader->Subscribe({"/events", "/clients"});
+  reader->Subscribe({"/events"});
   const auto publish = [&](size_t count) {
     With([&] {
       for (size_t i = 0; i < count; ++i) {
-        control_.board.Publish({.topic = control::Notice::Topic::kCapture, .is_on = true});
+        control_.board.Publish(
+            {.topic = control::Notice::Topic::kCapture, .text = std::string(4000, 'x')});
       }
     });
     for (size_t i = 0; i < count; ++i) {
@@ -263,10 +263,8 @@ TEST_F(StreamTest, HearsOneThatWasToldOfDroppedEvents) {
     }
   };
   publish(1);
-  slow->AwaitMessage(2);  // it is subscribed
-  // So many are events that it has missed, once it has not read for too long: of /clients, each of
-  // the two misses ten a second at most.
-  while (stream_->counters().dropped_frames < 400) {
+  slow->AwaitMessage(1);  // it is subscribed
+  while (stream_->counters().dropped_frames == 0) {
     publish(100);
   }
   const json::object status = slow->Await("status");
