@@ -294,7 +294,7 @@ void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
     if (parts_.cluster && parts_.cluster->has_leader()) {
       // Each server has a certificate of its own.
       if (const Status read = parts_.reload_certificate(); !read.ok()) {
-        done(Error{"the certificate of this server: " + read.error()});
+        done(Error{"the configuration of this server: " + read.error()});
         return;
       }
       if (Forwards<std::vector<std::string>>(
