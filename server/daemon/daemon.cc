@@ -86,7 +86,7 @@ class Daemon::Impl {
                   .run_edit = [this](auto work) { return edits_.Add(std::move(work)); },
                   .run_operation = [this](auto work) { return operations_.Add(std::move(work)); },
                   .reload = [this] { return ReadConfigurationAgain(); },
-                  .reload_certificate = [this] { return Reread(&LiveConfig::ReadCertificateAgain); },
+                  .reload_certificate = [this] { return Read(&LiveConfig::ReadCertificateAgain); },
                   .change_tau =
                       [this](uint8_t type, int64_t tau_ms) {
                         Status changed = config_.ChangeTau(type, tau_ms);
@@ -348,7 +348,7 @@ class Daemon::Impl {
 
   // As an operation.
   template <typename Outcome>
-  Outcome Reread(Outcome (LiveConfig::*read)()) {
+  Outcome Read(Outcome (LiveConfig::*read)()) {
     service_manager::Reloading();
     Outcome outcome = (config_.*read)();
     if (const auto certificate = config_.Web().tls; outcome.ok() && certificate) {
@@ -362,7 +362,7 @@ class Daemon::Impl {
 
   // Returns the settings that require a restart.
   Result<std::vector<std::string>> ReadConfigurationAgain() {
-    auto notes = Reread(&LiveConfig::ReadAgain);
+    auto notes = Read(&LiveConfig::ReadAgain);
     if (notes.ok()) {
       control_.TellConfigured();
     }

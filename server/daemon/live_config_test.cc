@@ -68,7 +68,8 @@ TEST_F(LiveConfigTest, AServerWithoutACertificateReadsItsFileAllTheSameAndTakesN
   config::Config plain = read_;
   plain.web.tls.reset();
   Result<config::Config> file = Error{"a mistake in line 3"};
-  LiveConfig without(plain, [&] { return file; }, &service_, &captures_);
+  LiveConfig without(
+      plain, [&] { return file; }, &service_, &captures_);
   EXPECT_EQ(without.ReadCertificateAgain().error(), "a mistake in line 3");
   file = read_;
   EXPECT_TRUE(without.ReadCertificateAgain().ok());
