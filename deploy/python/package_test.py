@@ -234,8 +234,10 @@ class DriveTest(unittest.TestCase):
         self.assertEqual(robot.told[-1], (0, 0))
 
     def test_it_is_told_no_speed_that_is_too_much_for_it(self):
-        for options, limit in ({}, 1000), ({"speed_mm_s": 100, "max_speed_mm_s": 150}, 150):
+        for options, speed_mm_s, limit in (({}, 200, 1000), ({"max_speed_mm_s": 150}, 150, 150),
+                                           ({"speed_mm_s": 100, "max_speed_mm_s": 150}, 100, 150)):
             follower = self.follower(5, Wheels(2, 1, 0), **options)
+            self.assertEqual(follower.speed_mm_s, speed_mm_s)
             for speed, result in (limit, 0), (limit + 1, wire.BAD_VALUE), (-1, wire.BAD_VALUE):
                 command = wire.build("COMMAND", 5, seq=1, code=3, speed_mm_s=speed)
                 self.assertEqual(follower.client.on_command(wire.parse(command)), result)

@@ -144,7 +144,12 @@ class ClusterTest(unittest.TestCase):
         for node in self.machines.nodes:
             file = self.machines.folders[node] / "test.toml"
             file.write_text(file.read_text().replace("tau_s = 60.0", "tau_s = 90.0"))
-        self.machines.daemons[self.follower].process.send_signal(signal.SIGHUP)
+        follower = self.machines.daemons[self.follower]
+        status, text = follower.call("POST", "/api/v1/reload", {})
+        self.assertEqual(status, 200, text)
+        follower.process.send_signal(signal.SIGHUP)
+        told = "cluster: the server that leads has read its configuration again"
+        await_that(lambda: follower.log().count(told) == 2, "the follower's log tells of both")
 
         def are_changed():
             return all(json.loads(daemon.call("GET", "/api/v1/laws")[1])["pheromones"][0]["tau_s"] == 90

@@ -99,7 +99,6 @@ class ClusterMember {
 
   /// For the service, which calls under its lock.
   bool Forward(const engine::Event& event) { return cluster_->Forward(event); }
-  bool has_leader() const { return cluster_->has_leader(); }
   LiveCluster live();
 
   /// Lets another server lead, and waits for that a short while; then nothing that was made here is

@@ -86,7 +86,7 @@ class Daemon::Impl {
                   .run_edit = [this](auto work) { return edits_.Add(std::move(work)); },
                   .run_operation = [this](auto work) { return operations_.Add(std::move(work)); },
                   .reload = [this] { return ReadConfigurationAgain(); },
-                  .reload_certificate = [this] { return ReadCertificateAgain(); },
+                  .reload_certificate = [this] { return Read(&LiveConfig::ReadCertificateAgain); },
                   .change_tau =
                       [this](uint8_t type, int64_t tau_ms) {
                         Status changed = config_.ChangeTau(type, tau_ms);
@@ -331,39 +331,9 @@ class Daemon::Impl {
   void ReloadSoon() {
     if (!has_begun_) {
       spdlog::warn("SIGHUP ignored: the server starts");
-      return;
+    } else if (!stopping_) {
+      control_.Reload([](const auto& /*notes*/) {});  // what comes of it is in the log
     }
-    const bool taken = operations_.Add([this] {
-      if (stopping_) {
-        return;
-      }
-      if (member_ != nullptr && member_->has_leader()) {
-        ReloadAtTheLeader();
-      } else {
-        (void)ReadConfigurationAgain();  // reports errors itself
-      }
-    });
-    if (!taken && !stopping_) {
-      spdlog::warn("SIGHUP ignored: too many requests are pending");
-    }
-  }
-
-  // Its configuration is that of the cluster, but for certificates.
-  void ReloadAtTheLeader() {
-    service_manager::Reloading();
-    control_.Reload([this](const Result<std::vector<std::string>>& notes) {
-      if (notes.ok()) {
-        spdlog::info("cluster: the server that leads has read its configuration again");
-      } else {
-        spdlog::error("cluster: the server that leads did not read its configuration again: {}",
-                      notes.error());
-      }
-      boost::asio::post(strand_, [this] {
-        if (!stopping_) {
-          service_manager::Ready(upkeep_.DescribeState());
-        }
-      });
-    });
   }
 
   void SaveSoon() {
@@ -376,13 +346,13 @@ class Daemon::Impl {
     }
   }
 
-  // As an operation. Returns the settings that require a restart.
-  Result<std::vector<std::string>> ReadConfigurationAgain() {
+  // As an operation.
+  template <typename Outcome>
+  Outcome Read(Outcome (LiveConfig::*read)()) {
     service_manager::Reloading();
-    auto outcome = config_.ReadAgain();
-    if (outcome.ok()) {
-      control_.TellConfigured();
-      UseCertificate();
+    Outcome outcome = (config_.*read)();
+    if (const auto certificate = config_.Web().tls; outcome.ok() && certificate) {
+      front_end_.SetCertificate(*certificate);
     }
     if (!stopping_) {
       service_manager::Ready(upkeep_.DescribeState());
@@ -390,17 +360,13 @@ class Daemon::Impl {
     return outcome;
   }
 
-  // As an operation.
-  Status ReadCertificateAgain() {
-    PHEROMONE_TRY_STATUS(config_.ReadCertificateAgain());
-    UseCertificate();
-    return Ok();
-  }
-
-  void UseCertificate() {
-    if (const auto certificate = config_.Web().tls) {
-      front_end_.SetCertificate(*certificate);
+  // Returns the settings that require a restart.
+  Result<std::vector<std::string>> ReadConfigurationAgain() {
+    auto notes = Read(&LiveConfig::ReadAgain);
+    if (notes.ok()) {
+      control_.TellConfigured();
     }
+    return notes;
   }
 
   void MakeSnapshot(control::Control::DoneWith<std::optional<std::string>> done) {

@@ -64,13 +64,16 @@ Status LiveConfig::TakeAtStart(bool state_lost) {
   return Ok();
 }
 
-Result<std::vector<std::string>> LiveConfig::ReadAgain() {
+Result<config::Config> LiveConfig::Load() const {
   Result<config::Config> loaded = reload_();
   if (!loaded.ok()) {
     spdlog::error("the configuration is unchanged:\n{}", loaded.error());
-    return loaded.error();
   }
-  config::Config& next = loaded.value();
+  return loaded;
+}
+
+Result<std::vector<std::string>> LiveConfig::ReadAgain() {
+  PHEROMONE_TRY(config::Config next, Load());
   std::vector<std::string> notes = RestartRequired(config_, next);
   for (const std::string& note : notes) {
     spdlog::warn("{}", note);
@@ -107,15 +110,8 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
 }
 
 Status LiveConfig::ReadCertificateAgain() {
-  if (!Web().tls) {
-    return Ok();
-  }
-  const Result<config::Config> loaded = reload_();
-  if (!loaded.ok()) {
-    spdlog::error("the certificate is unchanged:\n{}", loaded.error());
-    return loaded.error();
-  }
-  TakeCertificate(loaded.value().web);
+  PHEROMONE_TRY(const config::Config loaded, Load());
+  TakeCertificate(loaded.web);
   return Ok();
 }
 

@@ -38,7 +38,7 @@ class LiveConfig {
   /// compatible with the map; then nothing is changed.
   Result<std::vector<std::string>> ReadAgain();
 
-  /// Only the certificate, while the rest comes from another server of a cluster. Errors: the
+  /// Takes only the certificate: the rest comes from another server of a cluster. Errors: the
   /// configuration is invalid; then nothing is changed.
   Status ReadCertificateAgain();
 
@@ -65,6 +65,7 @@ class LiveConfig {
   engine::SharedConfig InEffect() const;
   Result<engine::Service::Configured> Configure(const engine::SharedConfig& config,
                                                 bool state_lost);
+  Result<config::Config> Load() const;
   void TakeCertificate(const config::WebSettings& read);
   void Tell(const std::vector<config::Warning>& warnings) const;
 

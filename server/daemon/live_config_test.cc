@@ -64,12 +64,16 @@ TEST_F(LiveConfigTest, OnlyTheCertificateIsTakenWhereAnotherServerHasTheRest) {
   EXPECT_EQ(TauOfFirst(), tau_ms);
 }
 
-TEST_F(LiveConfigTest, AServerWithoutACertificateReadsNone) {
-  error_ = "a mistake in line 3";
-  read_.web.tls.reset();
+TEST_F(LiveConfigTest, AServerWithoutACertificateReadsItsFileAllTheSameAndTakesNone) {
+  config::Config plain = read_;
+  plain.web.tls.reset();
+  Result<config::Config> file = Error{"a mistake in line 3"};
   LiveConfig without(
-      read_, [this]() -> Result<config::Config> { return Error{error_}; }, &service_, &captures_);
+      plain, [&] { return file; }, &service_, &captures_);
+  EXPECT_EQ(without.ReadCertificateAgain().error(), "a mistake in line 3");
+  file = read_;
   EXPECT_TRUE(without.ReadCertificateAgain().ok());
+  EXPECT_EQ(without.Web().tls, std::nullopt) << "that takes a restart";
 }
 
 TEST_F(LiveConfigTest, ACertificateThatIsNotReadChangesNothing) {

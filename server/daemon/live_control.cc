@@ -1,5 +1,7 @@
 #include "server/daemon/live_control.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -294,11 +296,20 @@ void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
     if (parts_.cluster && parts_.cluster->has_leader()) {
       // Each server has a certificate of its own.
       if (const Status read = parts_.reload_certificate(); !read.ok()) {
-        done(Error{"the certificate of this server: " + read.error()});
+        done(Error{"the configuration of this server: " + read.error()});
         return;
       }
+      const auto tell = [done](const Result<std::vector<std::string>>& notes) {
+        if (notes.ok()) {
+          spdlog::info("cluster: the server that leads has read its configuration again");
+        } else {
+          spdlog::error("cluster: the server that leads did not read its configuration again: {}",
+                        notes.error());
+        }
+        done(notes);
+      };
       if (Forwards<std::vector<std::string>>(
-              cluster::ReloadRequest{}, done,
+              cluster::ReloadRequest{}, tell,
               [](const cluster::OperatorResult& it) { return it.notes; })) {
         return;
       }
@@ -313,6 +324,7 @@ void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
     });
   };
   if (!parts_.run_operation(reload)) {
+    spdlog::warn("the configuration is unchanged: {}", kBusy);
     done(Error{kBusy});
   }
 }

@@ -268,7 +268,7 @@ TEST_F(LiveControlTest, AReloadReadsTheOwnCertificateAndGoesToTheServerThatLeads
   reloaded_certificate_ = Error{"lab.key: found no private key"};
   Outcome<std::vector<std::string>> wrong;
   control.Reload(wrong.Taker());
-  EXPECT_EQ(wrong.Get().error(), "the certificate of this server: lab.key: found no private key");
+  EXPECT_EQ(wrong.Get().error(), "the configuration of this server: lab.key: found no private key");
   EXPECT_EQ(forwarded, 1);
 }
 

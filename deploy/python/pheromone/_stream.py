@@ -7,6 +7,7 @@ import hashlib
 import http.client
 import json
 import os
+import re
 import socket
 import struct
 from collections.abc import Collection, Iterator
@@ -115,11 +116,11 @@ class Stream:
         if not line:
             raise ConnectionError("the server closed the connection before it answered the "
                                   "WebSocket handshake")
-        words = line.split()
-        if len(words) < 2 or words[0] != b"HTTP/1.1" or not words[1].isdigit():
+        match = re.match(rb"HTTP/1\.([01]) (\d{3})\s", line)
+        if not match or match.groups() == (b"0", b"101"):  # which HTTP/1.0 does not have
             raise ProtocolError(f"{line!r}, expected HTTP/1.1 and a status")
         try:
-            return int(words[1]), http.client.parse_headers(self._input)
+            return int(match[2]), http.client.parse_headers(self._input)
         except http.client.HTTPException as problem:
             raise ProtocolError(f"no valid HTTP headers: {problem}") from problem
 

@@ -50,12 +50,15 @@ def differential(left: int, right: int, speed_mm_s: float) -> tuple[float, float
 
 
 class Follower:
-    """A Client that drives. `released`: it need not be told to go; `max_speed_mm_s`: a command to
-    go faster is refused. One thread at a time."""
+    """A Client that drives. `speed_mm_s`: None is 200, or the maximum if that is less; `released`:
+    it need not be told to go; `max_speed_mm_s`: a command to go faster is refused. ValueError: the
+    speed is negative or above the maximum. One thread at a time."""
 
     def __init__(self, line: Line, client_id: int, drive: Drive, pheromone: int = 1,
-                 speed_mm_s: float = 200, released: bool = False,
+                 speed_mm_s: float | None = None, released: bool = False,
                  max_speed_mm_s: float = 1000) -> None:
+        if speed_mm_s is None:
+            speed_mm_s = min(200, max_speed_mm_s)
         if not 0 <= speed_mm_s <= max_speed_mm_s:
             raise ValueError(f"speed_mm_s is {speed_mm_s}, expected 0 to {max_speed_mm_s}")
         self.client = Client(line, client_id, timeout=PATIENCE_S, tries=1, on_command=self._obey)

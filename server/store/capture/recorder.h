@@ -132,9 +132,9 @@ class Recorder final : public engine::Observer {
   void Read(Connection* line, std::span<const uint8_t> bytes, uint32_t read_ms,
             const protocol::FrameDecoder& decoder);
 
-  /// Complete frames are about to be written.
+  /// Complete frames were written.
   void Wrote(const Connection& line, std::span<const uint8_t> bytes);
-  /// A message will never be written.
+  /// A message will never be written whole.
   void Dropped(engine::LinkIndex link, const protocol::Message& message);
   /// A decoded message is rejected and not passed to the engine; `answer` is the reason of the
   /// ERROR sent by the link, kNone if none is sent. Called during a read.
