@@ -165,7 +165,9 @@ class Ants:
         self.arrive_back(np.flatnonzero(there & (self.state == BACK)))
         # The gate closed in front of it: back to the cell it came from, and look anew, without its load if it had one.
         self.goes[wall] = self.here(np.flatnonzero(wall))
-        self.start(np.flatnonzero(wall & (self.state == BACK)))
+        back = np.flatnonzero(wall & (self.state == BACK))
+        self.start(back)
+        self.state[back] = OUT  # it looks in the middle of that cell
         goal = self.tiles + np.stack([self.goes % SIDE, self.goes // SIDE], axis=1) + 0.5
         return np.arctan2(goal[:, 1] - ants.y_m, goal[:, 0] - ants.x_m)
 
@@ -179,7 +181,7 @@ class Ants:
 
 
 def recovery_s(times, cells, best):
-    """When, at last, eight of ten paths that follow each other are at most a fifth longer than the best; or None."""
+    """The first time at which eight of ten paths in a row are at most a fifth longer than the best; or None."""
     good = np.convolve(cells <= 1.2 * best, np.ones(10), "valid") >= 8 if len(cells) >= 10 else np.zeros(0, bool)
     return float(times[good.argmax() + 9]) if good.any() else None
 

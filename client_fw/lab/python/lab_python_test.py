@@ -618,6 +618,19 @@ class ExperimentsTest(unittest.TestCase):
             self.assertEqual(len(set(path)), len(path))
             self.assertTrue(all(abs(a % 6 - b % 6) + abs(a // 6 - b // 6) == 1 for a, b in zip(path, path[1:])))
 
+    def test_an_ant_that_the_gate_stops_on_its_way_home_looks_in_the_middle_of_a_cell(self):
+        with mock.patch.multiple(maze, CLOSES_S=300, OPENS_S=600):
+            tiles = np.array([(0.5, 0.5), (7.5, 0.5)])
+            world = lab.World(maze.scenario(200, tiles), drive="ants")
+            ants = maze.Ants([maze.CONSTANT, maze.SCALED], tiles)
+            robots, stopped = world.groups["ants"], 0
+            while world.time_s < 600:
+                stopped += ((robots.contact == lab.WALL_CONTACT) & (ants.state == maze.BACK)).sum()
+                world.step(**ants.decide(robots, world.steps, maze.openings(world.time_s < 300)))
+                aside = np.hypot((robots.x_m - 0.5) % 1 - 0.5, (robots.y_m - 0.5) % 1 - 0.5)
+                self.assertTrue((aside[ants.state == maze.LOOK] < 0.1).all(), world.time_s)
+        self.assertGreater(stopped, 0)
+
 
 class PackageTest(unittest.TestCase):
     def test_everything_has_types_that_are_right(self):
