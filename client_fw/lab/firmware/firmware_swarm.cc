@@ -29,6 +29,10 @@ engine::EngineConfig WithLinks(engine::EngineConfig engine, size_t robots) {
   return engine;
 }
 
+bool HasIntensities(const std::optional<protocol::RoundAnswer>& answer) {
+  return answer && answer->left != protocol::kNoIntensities;
+}
+
 }  // namespace
 
 FirmwareSwarm::FirmwareSwarm(FirmwareConfig config)
@@ -100,7 +104,7 @@ void FirmwareSwarm::Live(size_t i, int64_t now_ms) {
     mail_[i] = Mail::kNone;
     if (link_) {
       HearRound(&life, now_ms, false, std::nullopt);
-    } else if (radio::InRound(messages_[i])) {
+    } else if (HasIntensities(radio::InRound(messages_[i]))) {
       ++answers_;
     }
   }
@@ -148,7 +152,7 @@ void FirmwareSwarm::Answer(size_t i, int64_t at_ms) {
   HearRound(&life, at_ms, false,
             answer.value_or(protocol::RoundAnswer{protocol::kNoIntensities, 0}));
   Turn(i, at_ms);
-  if (answer && answer->left != protocol::kNoIntensities) {
+  if (HasIntensities(answer)) {
     life.heard_ms = at_ms;
     ++answers_;
   }
