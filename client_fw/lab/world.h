@@ -128,6 +128,7 @@ class World {
   Status CheckActions(const Slice& slice) const;
   Status Deposit();
   Status EndBehaviours();
+  Error MapFull() const;
   void BuildGrid() { grid_.Build(robots_.x_m, robots_.y_m); }
   void RollSlice(size_t slice) { ways_m_[slice] = Roll(time_, slices_[slice], &robots_); }
   Surroundings Around() const;

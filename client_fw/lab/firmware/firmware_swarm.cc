@@ -33,6 +33,23 @@ bool HasIntensities(const std::optional<protocol::RoundAnswer>& answer) {
   return answer && answer->left != protocol::kNoIntensities;
 }
 
+// Of a TRACE.
+void CountDeposit(const protocol::Message& request, const protocol::Message& answer,
+                  StepOutcome* outcome) {
+  protocol::TraceRequest trace;
+  protocol::ErrorAnswer error;
+  if (!Decode(request, &trace)) {
+    return;
+  }
+  if (!Decode(answer, &error)) {
+    ++outcome->deposited_quanta;
+  } else if (error.reason == protocol::Reason::kMapFull) {
+    outcome->map_full = true;
+  } else {
+    ++outcome->refused_deposits;
+  }
+}
+
 }  // namespace
 
 FirmwareSwarm::FirmwareSwarm(FirmwareConfig config)
@@ -181,7 +198,9 @@ void FirmwareSwarm::HearRound(Life* life, int64_t at_ms, bool grant,
 
 Result<StepOutcome> FirmwareSwarm::EndStep(uint64_t now_ms) {
   now_ms_ = static_cast<int64_t>(now_ms);
-  StepOutcome outcome{answers_.exchange(0), stops_.exchange(0), 0};
+  StepOutcome outcome;
+  outcome.answers = answers_.exchange(0);
+  outcome.fail_safe_stops = stops_.exchange(0);
   std::vector<engine::Outgoing> out;
   service_.AdvanceIfDue(&out);
   std::vector<protocol::Message> batch;
@@ -201,10 +220,9 @@ Result<StepOutcome> FirmwareSwarm::EndStep(uint64_t now_ms) {
   for (const engine::Outgoing& outgoing : out) {
     const size_t i = outgoing.link * kRobotsOfLink + outgoing.message.id - 1u;
     if (i < mail_.size() && mail_[i] == Mail::kAsked) {
+      CountDeposit(messages_[i], outgoing.message, &outcome);
       messages_[i] = outgoing.message;
       mail_[i] = Mail::kAnswered;
-      protocol::TraceAnswer trace;
-      outcome.deposited_quanta += Decode(outgoing.message, &trace) ? 1u : 0u;
     }
   }
   std::replace(mail_.begin(), mail_.end(), Mail::kAsked, Mail::kNone);  // not answered: ignored
