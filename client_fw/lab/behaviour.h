@@ -16,6 +16,8 @@ struct StepOutcome {
   uint64_t answers = 0;
   uint64_t fail_safe_stops = 0;
   uint64_t deposited_quanta = 0;
+  uint64_t refused_deposits = 0;
+  bool map_full = false;  ///< which ends the run
 };
 
 class Behaviour {

@@ -78,7 +78,7 @@ struct PheromoneView {
   const int16_t* p_right[kPheromoneSlots];
   uint8_t types[kPheromoneSlots];  ///< which pheromones these are
   size_t slots;                    ///< how many of them
-  const uint8_t* on_map;           ///< 0: it believes to be off the map, and was not answered
+  const uint8_t* on_map;           ///< 0: the last answer was that its pose is off the map
   const uint8_t* contact;          ///< a PheromoneContact, of its last move
   const uint8_t* site;             ///< where it is: 1 is sites[0]; 0: at no site
   const uint8_t* load;             ///< what it carries: 1: a load of sites[0]; 0: nothing
@@ -95,7 +95,8 @@ struct PheromoneView {
 struct PheromoneActions {
   double* left_m_s;   ///< of the wheels, at most max_speed_m_s forwards or backwards
   double* right_m_s;  ///< (their acceleration is limited)
-  uint16_t* quanta;   ///< to be deposited where the robot believes to be; 0: nothing
+  uint16_t* quanta;   ///< to be deposited at the pose of its last request; dropped unless that was
+                      ///< made in this step, as it is in each one with an ideal radio; 0: nothing
   uint8_t* type;      ///< of this pheromone; at first the one that its group deposits
   int8_t* load;       ///< 1: pick up a load, at food; -1: drop it, at a nest to deliver it
   uint8_t* sense;     ///< what is sensed in the next step: bit s is slot s

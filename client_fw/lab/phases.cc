@@ -53,6 +53,11 @@ Answer Ask(const field::Field& field, uint16_t pose_unit_10um, const StepTime& t
   return answer;
 }
 
+// 1: yes.
+uint64_t HasIntensities(const Answer& answer, size_t slots) {
+  return answer.on_map != 0 && slots != 0 ? 1 : 0;
+}
+
 // The robot has it.
 void Receive(const Answer& answer, size_t slots, size_t i, Robots* robots) {
   robots->sensed_heading[i] = answer.heading;
@@ -79,7 +84,7 @@ Heard Hear(const RoundsLink& link, int64_t now_ms, size_t slots, size_t i, AskNo
       break;
     }
     const bool late = state->heard && state->next.answer_ms - state->heard_ms > kFailSafeMs;
-    heard += {1, late && !state->stopped ? 1u : 0u};
+    heard += {HasIntensities(state->answer, slots), late && !state->stopped ? 1u : 0u};
     state->asked = state->stopped = false;
     state->heard = true;
     state->heard_ms = state->next.answer_ms;
@@ -151,8 +156,9 @@ Heard Sense(const field::Field& field, uint16_t pose_unit_10um,
   for (size_t i = slice.first; i < slice.end(); ++i) {
     const auto ask = [&] { return Ask(field, pose_unit_10um, time, senses, i, robots); };
     if (radio == nullptr) {
-      Receive(ask(), senses.size(), i, robots);
-      heard.answers += senses.empty() ? 0u : 1u;
+      const Answer answer = ask();
+      Receive(answer, senses.size(), i, robots);
+      heard.answers += HasIntensities(answer, senses.size());
     } else {
       heard += Hear(radio->link, static_cast<int64_t>(time.now_ms()), senses.size(), i, ask,
                     &radio->robots[i], robots);

@@ -72,7 +72,7 @@ struct Radio {
 
 /// What Sense has seen, to be added up.
 struct Heard {
-  uint64_t answers = 0;          ///< of robots that sense something
+  uint64_t answers = 0;          ///< with intensities
   uint64_t fail_safe_stops = 0;  ///< begun: gaps between answers longer than kFailSafeMs
 
   Heard& operator+=(const Heard& other) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "client_fw/lab/chance.h"
@@ -104,6 +105,29 @@ TEST(Odometry, ASlippingRobotIsBehindWhatItCounts) {
   });
   // Between 0 and 30 % less, in each step.
   EXPECT_NEAR(moved / counted, 0.85, 0.05);
+}
+
+// Fixes that are 5 m off put half of what it believes off the map, where there are no intensities.
+TEST(Sense, AnswersAreThoseWithIntensities) {
+  for (const auto& radio : {std::optional<RadioModel>(), std::optional(RadioModel())}) {
+    WorldConfig config = SmallWorld();
+    config.step_ms = 20;
+    config.radio = radio;
+    config.groups = {Alone({5, 5, 1})};
+    config.groups[0].fixes = {.period_ms = 100, .sigma_m = 5};
+    const auto world = Made(std::move(config));
+    uint64_t on_map = 0;
+    uint64_t answered = 0;
+    for (int step = 0; step < 2000; ++step) {
+      ASSERT_TRUE(world->Sense().ok());
+      answered += world->robots().answered[0];
+      on_map += world->robots().answered[0] != 0 && world->robots().on_map[0] != 0 ? 1u : 0u;
+      ASSERT_TRUE(world->Act().ok());
+    }
+    EXPECT_EQ(world->tally().heard.answers, on_map);
+    EXPECT_GT(on_map, answered / 10);
+    EXPECT_LT(on_map, answered * 9 / 10);
+  }
 }
 
 }  // namespace

@@ -448,10 +448,7 @@ Status World::Deposit() {
           tally_.deposited_quanta += quanta;
           break;
         case field::DepositResult::kMapFull:
-          return Error{fmt::format(
-              "step {}: the pheromone needs more than the {} MiB that the map may use: expected a "
-              "pheromone that evaporates sooner, fewer robots or larger cells",
-              time_.step, config_.field.memory_bytes >> 20)};
+          return MapFull();
         default:
           ++tally_.refused_deposits;
       }
@@ -460,10 +457,21 @@ Status World::Deposit() {
   return Ok();
 }
 
+Error World::MapFull() const {
+  return Error{
+      fmt::format("step {}: the pheromone needs more than the {} MiB that the map may use: "
+                  "expected a pheromone that evaporates sooner, fewer robots or larger cells",
+                  time_.step, config_.field.memory_bytes >> 20)};
+}
+
 Status World::EndBehaviours() {
   for (Behaviour* behaviour : behaviours_) {
     PHEROMONE_TRY(const StepOutcome outcome, behaviour->EndStep(time_.now_ms()));
+    if (outcome.map_full) {
+      return MapFull();
+    }
     tally_.deposited_quanta += outcome.deposited_quanta;
+    tally_.refused_deposits += outcome.refused_deposits;
     if (Measures()) {
       const std::lock_guard lock(mutex_);
       tally_.heard += {outcome.answers, outcome.fail_safe_stops};

@@ -107,7 +107,7 @@ class World {
   /// From now on the robot brakes, and then stands.
   void Fail(size_t robot) { robots_.failed[robot] = 1; }
 
-  /// Of the robots, the field and the sites.
+  /// Of the robots, the field, the sites, the number of steps, and what behaviours have besides.
   uint64_t Hash() const;
 
   /// One phase for all robots in this thread, for benchmarks: a step is all of them in this order.
@@ -128,6 +128,7 @@ class World {
   Status CheckActions(const Slice& slice) const;
   Status Deposit();
   Status EndBehaviours();
+  Error MapFull() const;
   void BuildGrid() { grid_.Build(robots_.x_m, robots_.y_m); }
   void RollSlice(size_t slice) { ways_m_[slice] = Roll(time_, slices_[slice], &robots_); }
   Surroundings Around() const;

@@ -77,7 +77,9 @@ int RunOne(const LabOptions& options) {
     return Fail(result.error(), kFailed);
   }
   for (const auto& [name, value] : lab::MeasuresOf(result.value())) {
-    fmt::print("{:<30} {:.6g}\n", name, value);
+    if (value) {
+      fmt::print("{:<30} {:.6g}\n", name, *value);
+    }
   }
   fmt::print("{:<30} {}\n", "hash", HexText(result.value().hash));
   if (options.summary.empty()) {

@@ -1,5 +1,5 @@
-// pheromone-swarm lab: swarms of thousands on the server's own field, without radio
-// (client_fw/lab).
+// pheromone-swarm lab: swarms of thousands on the server's own field, with an ideal or a modelled
+// radio, or with each byte on the air (client_fw/lab).
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
+#include <string>
 #include <utility>
 
 #include "client_fw/lab/scenario/run.h"
@@ -12,8 +12,6 @@
 
 namespace pheromone::swarm {
 namespace {
-
-constexpr std::string_view kNames[] = {"field", "firmware", "radio"};
 
 bool Near(double value, double reference, double share) {
   return std::abs(value - reference) <= share * reference;
@@ -27,7 +25,7 @@ Result<LevelFigures> MeasureLevel(const std::string& file, lab::Level level,
   for (int seed = 1; seed <= cell.seeds; ++seed) {
     PHEROMONE_TRY(lab::LabScenario scenario,
                   lab::LoadLabScenario(
-                      file, {{"run.level", std::string(kNames[static_cast<size_t>(level)])},
+                      file, {{"run.level", std::string(NameOf(level))},
                              {"run.seed", std::to_string(seed)},
                              {"radio.lost", fmt::format("{:g}", cell.lost_percent / 100.0)}}));
     auto& starts = scenario.world.groups.front().starts;

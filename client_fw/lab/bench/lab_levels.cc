@@ -1,7 +1,7 @@
 // lab_levels: the levels of the lab beside each other, for 8, 16 and 20 robots and 0, 1 and 5 % of
 // the frames lost. By hand; some minutes.
 //
-//   lab_levels client_fw/lab/examples/levels.toml --seeds 10 --csv client_fw/lab/results/levels.csv
+//   lab_levels client_fw/lab/examples/levels.toml --seeds 6 --csv client_fw/lab/results/levels.csv
 //
 // Exit status 1 if a cell does not hold (client_fw/swarm/lab_levels.h says when it does).
 #include "client_fw/swarm/lab_levels.h"
@@ -14,28 +14,23 @@
 #include <CLI/CLI.hpp>
 
 #include "server/base/file.h"
+#include "server/base/number_check.h"
 
 namespace pheromone::lab::bench {
 namespace {
 
-struct NamedLevel {
-  Level level;
-  const char* name;
-};
-
-std::string RowOf(const char* name, const swarm::LevelCell& cell,
-                  const swarm::LevelFigures& figures, const swarm::LevelFigures& air,
-                  const swarm::Agreement& agreement) {
+std::string RowOf(Level level, const swarm::LevelCell& cell, const swarm::LevelFigures& figures,
+                  const swarm::LevelFigures& air, const swarm::Agreement& agreement) {
   const auto word = [](bool good) { return good ? "yes" : "no"; };
   const auto ratio = [](double of, double to) {
     return to == 0 ? std::string() : fmt::format("{:.3f}", of / to);
   };
-  return fmt::format("{},{},{},{},{:.2f},{:.2f},{:.0f},{},{},{},{},{},{}\n", cell.lost_percent,
-                     cell.robots, name, cell.seeds, figures.answers_per_s, figures.path_error_mm,
-                     figures.stops, ratio(figures.answers_per_s, air.answers_per_s),
-                     ratio(figures.path_error_mm, air.path_error_mm),
-                     ratio(figures.stops, air.stops), word(agreement.answers),
-                     word(agreement.path_error), word(agreement.stops));
+  return fmt::format(
+      "{},{},{},{},{:.2f},{:.2f},{:.0f},{},{},{},{},{},{}\n", cell.lost_percent, cell.robots,
+      NameOf(level), cell.seeds, figures.answers_per_s, figures.path_error_mm, figures.stops,
+      ratio(figures.answers_per_s, air.answers_per_s),
+      ratio(figures.path_error_mm, air.path_error_mm), ratio(figures.stops, air.stops),
+      word(agreement.answers), word(agreement.path_error), word(agreement.stops));
 }
 
 int Main(const std::string& file, int seeds, const std::string& csv) {
@@ -49,9 +44,7 @@ int Main(const std::string& file, int seeds, const std::string& csv) {
     for (const int robots : {8, 16, 20}) {
       const swarm::LevelCell cell{robots, lost, seeds};
       swarm::LevelFigures air;
-      for (const auto& [level, name] :
-           {NamedLevel{Level::kRadio, "radio"}, NamedLevel{Level::kFirmware, "firmware"},
-            NamedLevel{Level::kField, "field"}}) {
+      for (const Level level : {Level::kRadio, Level::kFirmware, Level::kField}) {
         const auto figures = swarm::MeasureLevel(file, level, cell);
         if (!figures.ok()) {
           fmt::print(stderr, "lab_levels: {}\n", figures.error());
@@ -62,7 +55,7 @@ int Main(const std::string& file, int seeds, const std::string& csv) {
         }
         const swarm::Agreement agreement = swarm::Compare(figures.value(), air);
         all_hold &= agreement.holds();
-        const std::string row = RowOf(name, cell, figures.value(), air, agreement);
+        const std::string row = RowOf(level, cell, figures.value(), air, agreement);
         fmt::print("{}", row);
         std::fflush(stdout);
         table += row;
@@ -87,7 +80,8 @@ int main(int argc, char** argv) {
   int seeds = 10;
   std::string csv;
   app.add_option("scenario", file, "A scenario with a path and 20 starts")->required();
-  app.add_option("--seeds", seeds, "Runs of each cell and level")->check(CLI::Range(1, 1000));
+  app.add_option("--seeds", seeds, "Runs of each cell and level")
+      ->check(pheromone::WholeNumber(1, 1000));
   app.add_option("--csv", csv, "Write the rows to this file");
   CLI11_PARSE(app, argc, argv);
   return pheromone::lab::bench::Main(file, seeds, csv);

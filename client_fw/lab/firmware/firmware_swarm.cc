@@ -29,6 +29,27 @@ engine::EngineConfig WithLinks(engine::EngineConfig engine, size_t robots) {
   return engine;
 }
 
+bool HasIntensities(const std::optional<protocol::RoundAnswer>& answer) {
+  return answer && answer->left != protocol::kNoIntensities;
+}
+
+// Of a TRACE.
+void CountDeposit(const protocol::Message& request, const protocol::Message& answer,
+                  StepOutcome* outcome) {
+  protocol::TraceRequest trace;
+  protocol::ErrorAnswer error;
+  if (!Decode(request, &trace)) {
+    return;
+  }
+  if (!Decode(answer, &error)) {
+    ++outcome->deposited_quanta;
+  } else if (error.reason == protocol::Reason::kMapFull) {
+    outcome->map_full = true;
+  } else {
+    ++outcome->refused_deposits;
+  }
+}
+
 }  // namespace
 
 FirmwareSwarm::FirmwareSwarm(FirmwareConfig config)
@@ -100,7 +121,7 @@ void FirmwareSwarm::Live(size_t i, int64_t now_ms) {
     mail_[i] = Mail::kNone;
     if (link_) {
       HearRound(&life, now_ms, false, std::nullopt);
-    } else if (radio::InRound(messages_[i])) {
+    } else if (HasIntensities(radio::InRound(messages_[i]))) {
       ++answers_;
     }
   }
@@ -148,7 +169,7 @@ void FirmwareSwarm::Answer(size_t i, int64_t at_ms) {
   HearRound(&life, at_ms, false,
             answer.value_or(protocol::RoundAnswer{protocol::kNoIntensities, 0}));
   Turn(i, at_ms);
-  if (answer && answer->left != protocol::kNoIntensities) {
+  if (HasIntensities(answer)) {
     life.heard_ms = at_ms;
     ++answers_;
   }
@@ -177,7 +198,9 @@ void FirmwareSwarm::HearRound(Life* life, int64_t at_ms, bool grant,
 
 Result<StepOutcome> FirmwareSwarm::EndStep(uint64_t now_ms) {
   now_ms_ = static_cast<int64_t>(now_ms);
-  StepOutcome outcome{answers_.exchange(0), stops_.exchange(0), 0};
+  StepOutcome outcome;
+  outcome.answers = answers_.exchange(0);
+  outcome.fail_safe_stops = stops_.exchange(0);
   std::vector<engine::Outgoing> out;
   service_.AdvanceIfDue(&out);
   std::vector<protocol::Message> batch;
@@ -197,10 +220,9 @@ Result<StepOutcome> FirmwareSwarm::EndStep(uint64_t now_ms) {
   for (const engine::Outgoing& outgoing : out) {
     const size_t i = outgoing.link * kRobotsOfLink + outgoing.message.id - 1u;
     if (i < mail_.size() && mail_[i] == Mail::kAsked) {
+      CountDeposit(messages_[i], outgoing.message, &outcome);
       messages_[i] = outgoing.message;
       mail_[i] = Mail::kAnswered;
-      protocol::TraceAnswer trace;
-      outcome.deposited_quanta += Decode(outgoing.message, &trace) ? 1u : 0u;
     }
   }
   std::replace(mail_.begin(), mail_.end(), Mail::kAsked, Mail::kNone);  // not answered: ignored

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -22,7 +23,8 @@ struct Swarm {
 };
 
 // `count` robots side by side that drive along pheromone 2, or lay 1.
-Swarm Make(size_t count, const std::optional<RadioModel>& radio, bool lay_trail) {
+Swarm Make(size_t count, const std::optional<RadioModel>& radio, bool lay_trail,
+           const std::function<void(field::FieldConfig*)>& change_engine = {}) {
   WorldConfig config = SmallWorld();
   config.step_ms = 20;
   config.seed = 9;
@@ -37,6 +39,9 @@ Swarm Make(size_t count, const std::optional<RadioModel>& radio, bool lay_trail)
   robot.lost_trail = client::LostTrail::kStraight;
   FirmwareConfig firmware;
   firmware.engine.field = config.field;
+  if (change_engine) {
+    change_engine(&firmware.engine.field);
+  }
   firmware.robots.assign(count, robot);
   firmware.radio = radio;
   firmware.seed = config.seed;
@@ -82,6 +87,44 @@ TEST(Firmware, TracesAreLaidOnTheEnginesField) {
   swarm.firmware->service().Inspect([&](const engine::Engine& engine) {
     EXPECT_GT(engine.field().node_count(), swarm.world->field().node_count());
   });
+}
+
+// Only the engine knows of the obstacle, so that robots drive on to it.
+TEST(Firmware, WhatTheEngineRefusesIsCounted) {
+  for (const auto& radio : {std::optional<RadioModel>(), std::optional(RadioModel())}) {
+    Swarm swarm = Make(3, radio, true, [](field::FieldConfig* field) {
+      field->paths.clear();
+      field::ObstacleMask mask(field->map.columns(), field->map.rows());
+      for (int32_t row = 0; row < field->map.rows(); ++row) {
+        for (int32_t column = 20; column < field->map.columns(); ++column) {
+          mask.Set({column, row});
+        }
+      }
+      field->obstacles = field::Shared(std::move(mask));
+    });
+    RunTo(20'000, &swarm);
+    const WorldTally& tally = swarm.world->tally();
+    EXPECT_GT(tally.deposited_quanta, 50u);
+    EXPECT_GT(tally.refused_deposits, 50u);
+    // Three robots at 5 Hz.
+    EXPECT_NEAR(static_cast<double>(tally.deposited_quanta + tally.refused_deposits), 300, 15);
+    EXPECT_NEAR(static_cast<double>(tally.heard.answers),
+                static_cast<double>(tally.deposited_quanta), 3);
+  }
+}
+
+TEST(Firmware, AFullMapEndsTheRun) {
+  Swarm swarm = Make(3, {}, true, [](field::FieldConfig* field) {
+    field->paths.clear();
+    field->memory_bytes = field::Field(*field).used_bytes();
+  });
+  Status status = Ok();
+  while (status.ok() && swarm.world->time().now_ms() < 10'000) {
+    status = swarm.world->Step();
+  }
+  EXPECT_NE(status.ErrorOr("none").find("the pheromone needs more than the 64 MiB that the map"),
+            std::string::npos)
+      << status.ErrorOr("none");
 }
 
 // Answers and stops are those of the link's exchanges, though the firmware counts the stops itself.

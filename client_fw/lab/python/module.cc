@@ -166,13 +166,20 @@ py::array_t<double> LevelsOf(Simulation& simulation, int type) {
   return levels;
 }
 
+// Those that there are.
+py::dict DictOf(const std::vector<Measure>& measures) {
+  py::dict dict;
+  for (const auto& [name, value] : measures) {
+    if (value) {
+      dict[py::str(name)] = *value;
+    }
+  }
+  return dict;
+}
+
 py::dict MeasuresOfNow(Simulation& simulation) {
   const Turn turn(&simulation);
-  py::dict measures;
-  for (const auto& [name, value] : MeasuresOf(simulation.Measured())) {
-    measures[py::str(name)] = value;
-  }
-  return measures;
+  return DictOf(MeasuresOf(simulation.Measured()));
 }
 
 py::object ResultAtEnd(Simulation& simulation) {
@@ -180,10 +187,7 @@ py::object ResultAtEnd(Simulation& simulation) {
   if (!simulation.result()) {
     return py::none();
   }
-  py::dict result;
-  for (const auto& [name, value] : MeasuresOf(*simulation.result())) {
-    result[py::str(name)] = value;
-  }
+  py::dict result = DictOf(MeasuresOf(*simulation.result()));
   result["hash"] = simulation.result()->hash;
   return result;
 }

@@ -49,12 +49,16 @@ void CheckRadioRobots(const TableReader& table, const std::string& level, const 
 
 }  // namespace
 
+std::string LevelText(const LabScenario& scenario) {
+  return fmt::format("level = \"{}\"", NameOf(scenario.level));
+}
+
 void CheckLevel(const Value& root, const LabScenario& scenario, Notes* notes) {
   if (scenario.level == Level::kField) {
     return;
   }
   const bool radio = scenario.level == Level::kRadio;
-  const std::string level = radio ? "level = \"radio\"" : "level = \"firmware\"";
+  const std::string level = LevelText(scenario);
   for (const std::string_view key : {"site", "wall", "event"}) {
     if (const Value* found = root.Find(key)) {
       notes->problems.Add(found->at, key, "not known to " + level + ", expected none");
@@ -70,13 +74,6 @@ void CheckLevel(const Value& root, const LabScenario& scenario, Notes* notes) {
   }
   if (!radio) {
     return;
-  }
-  TableReader(config::TableOf(root, "run", notes), "run", &notes->problems)
-      .Without({"step_s"}, level, "its own step, a millisecond");
-  TableReader(config::TableOf(root, "measure", notes), "measure", &notes->problems)
-      .Without({"place_m"}, level, "no measure of coverage");
-  if (!scenario.world.radio) {
-    return;  // which was noted
   }
   size_t robots = 0;
   for (const RobotGroup& group : scenario.world.groups) {

@@ -57,6 +57,26 @@ TEST(Level, TheRadioIsOneThatWasMeasured) {
             "measure.from_s: found 70, expected a number from 0 to 69.999");
 }
 
+TEST(Level, AMistakeIsToldOnce) {
+  EXPECT_EQ(
+      LevelError({{"run.level", "air"}}),
+      "run.level: found the string \"air\", expected one of \"field\", \"firmware\", \"radio\"");
+  EXPECT_EQ(LevelError({{"radio.model", "round"}}),
+            "radio.model: found the string \"round\", expected one of \"ideal\", \"rounds\"");
+  EXPECT_EQ(LevelError({{"run.level", "radio"}, {"radio.model", "round"}}),
+            "radio.model: found the string \"round\", expected one of \"ideal\", \"rounds\"");
+  EXPECT_EQ(LevelError({{"run", "5"}}), "run: found 5, expected a table [run]");
+  EXPECT_EQ(LevelError({{"run.level", "radio"}, {"robots.behaviour", "folow"}}).find('\n'),
+            std::string::npos);
+  // What the level does not have is not read, either.
+  EXPECT_EQ(
+      LevelError({{"run.level", "radio"}, {"run.step_s", "7"}}),
+      "run.step_s: not permitted with level = \"radio\", expected its own step, a millisecond");
+  EXPECT_EQ(
+      LevelError({{"run.level", "radio"}, {"measure.place_m", "-1"}}),
+      "measure.place_m: not permitted with level = \"radio\", expected no measure of coverage");
+}
+
 TEST(Level, WhatItDoesNotKnowIsRefusedByName) {
   for (const char* level : {"firmware", "radio"}) {
     const auto error = [&](KeyValues settings) {
@@ -94,9 +114,8 @@ TEST(Level, WhatItDoesNotKnowIsRefusedByName) {
   EXPECT_EQ(on_air("robots.slip", "0.1"),
             "robots[1].slip: not permitted with level = \"radio\", expected the drive that the "
             "simulator has");
-  EXPECT_EQ(on_air("radio.model", "ideal")
-                .find("radio.model: not known to level = \"radio\", expected \"rounds\""),
-            0u);
+  EXPECT_EQ(on_air("radio.model", "ideal"),
+            "radio.model: not known to level = \"radio\", expected \"rounds\"");
   EXPECT_EQ(on_air("radio.robots_per_channel", "1"),
             "robots: found 20 robots on 20 channels, expected at most 254 on 16 at level = "
             "\"radio\"");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "client_fw/lab/scenario/events.h"
 
@@ -35,42 +36,42 @@ Result<LabResult> RunLab(const LabScenario& scenario, int threads,
   return ResultOf(*world);
 }
 
-std::vector<std::pair<std::string, double>> MeasuresOf(const LabResult& result) {
+std::vector<Measure> MeasuresOf(const LabResult& result) {
   const double step_s = static_cast<double>(result.step_ms) / 1000;
   const double robot_steps = static_cast<double>(result.robots) * static_cast<double>(result.steps);
   const double robot_hours = robot_steps * step_s / 3600;
   const auto share = [](auto of, auto all) {
     return all == 0 ? 0.0 : static_cast<double>(of) / static_cast<double>(all);
   };
-  const Moves& moves = result.tally.moves;
+  const auto in_world = [&](auto value) {
+    return result.on_air ? std::nullopt : std::optional(static_cast<double>(value));
+  };
+  const WorldTally& tally = result.tally;
+  const Moves& moves = tally.moves;
   const Trips& trips = result.trips;
-  std::vector<std::pair<std::string, double>> measures = {
+  return {
       {"robots", static_cast<double>(result.robots)},
-      {"time_s", static_cast<double>(result.steps) * step_s}};
-  if (!result.on_air) {
-    measures.insert(measures.end(),
-                    {{"deliveries", static_cast<double>(trips.delivered)},
-                     {"deliveries_per_robot_hour", share(trips.delivered, robot_hours)},
-                     {"delivered_quality", trips.quality},
-                     {"lost_loads", static_cast<double>(trips.lost)},
-                     {"trip_s", share(trips.duration_ms, trips.delivered) / 1000},
-                     {"path_efficiency", share(trips.least_way_m, trips.way_m)},
-                     {"robot_contacts_per_robot_hour", share(moves.robot_contacts, robot_hours)},
-                     {"wall_contacts_per_robot_hour", share(moves.wall_contacts, robot_hours)},
-                     {"standing_share", share(moves.standing, robot_steps)},
-                     {"covered_share", result.coverage.covered},
-                     {"idle_mean_s", result.coverage.mean_idle_steps * step_s},
-                     {"idle_most_s", static_cast<double>(result.coverage.most_idle_steps) * step_s},
-                     {"deposited_quanta", static_cast<double>(result.tally.deposited_quanta)},
-                     {"refused_deposits", static_cast<double>(result.tally.refused_deposits)}});
-  }
-  measures.insert(measures.end(),
-                  {{"answers_per_s", 1000 * share(result.tally.heard.answers, result.measured_ms)},
-                   {"fail_safe_stops", static_cast<double>(result.tally.heard.fail_safe_stops)}});
-  if (result.tally.path_errors.samples > 0) {
-    measures.emplace_back("path_error_mm", 1000 * result.tally.path_errors.mean_m());
-  }
-  return measures;
+      {"time_s", static_cast<double>(result.steps) * step_s},
+      {"deliveries", in_world(trips.delivered)},
+      {"deliveries_per_robot_hour", in_world(share(trips.delivered, robot_hours))},
+      {"delivered_quality", in_world(trips.quality)},
+      {"lost_loads", in_world(trips.lost)},
+      {"trip_s", in_world(share(trips.duration_ms, trips.delivered) / 1000)},
+      {"path_efficiency", in_world(share(trips.least_way_m, trips.way_m))},
+      {"robot_contacts_per_robot_hour", in_world(share(moves.robot_contacts, robot_hours))},
+      {"wall_contacts_per_robot_hour", in_world(share(moves.wall_contacts, robot_hours))},
+      {"standing_share", in_world(share(moves.standing, robot_steps))},
+      {"covered_share", in_world(result.coverage.covered)},
+      {"idle_mean_s", in_world(result.coverage.mean_idle_steps * step_s)},
+      {"idle_most_s", in_world(static_cast<double>(result.coverage.most_idle_steps) * step_s)},
+      {"deposited_quanta", in_world(tally.deposited_quanta)},
+      {"refused_deposits", in_world(tally.refused_deposits)},
+      {"answers_per_s", 1000 * share(tally.heard.answers, result.measured_ms)},
+      {"fail_safe_stops", static_cast<double>(tally.heard.fail_safe_stops)},
+      {"path_error_mm", tally.path_errors.samples == 0
+                            ? std::nullopt
+                            : std::optional(1000 * tally.path_errors.mean_m())},
+  };
 }
 
 }  // namespace pheromone::lab

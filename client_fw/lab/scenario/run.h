@@ -11,7 +11,7 @@
 //   ..._contacts_per_robot_hour  begun, with other robots and with walls
 //   standing_share               of robots and steps: moved by less than a millimetre
 //   covered_share                of the places of [measure], those that a robot was at
-//   answers_per_s                of all robots together, from [measure] from_s on
+//   answers_per_s                with intensities, of all robots together, from [measure] from_s on
 //   fail_safe_stops              from then on: robots that had no answer for 480 ms
 //   path_error_mm                from then on, where the map has paths: how far robots are from the
 //                                one that they started at, in the mean, looked at once a second
@@ -21,6 +21,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,8 +52,10 @@ LabResult ResultOf(const World& world);
 Result<LabResult> RunLab(const LabScenario& scenario, int threads,
                          const std::function<void(int64_t ms)>& progress);
 
-/// Names and values, in the order of the summary's columns; at level "radio" those of time,
-/// answers, stops and paths only.
-std::vector<std::pair<std::string, double>> MeasuresOf(const LabResult& result);
+/// By name; none: not measured, as at level "radio" all but time, answers, stops and paths.
+using Measure = std::pair<std::string, std::optional<double>>;
+
+/// Always the same names, in the order of the summary's columns.
+std::vector<Measure> MeasuresOf(const LabResult& result);
 
 }  // namespace pheromone::lab

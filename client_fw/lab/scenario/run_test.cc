@@ -50,8 +50,13 @@ radius_m = 0.05
 std::map<std::string, double> Measured(const LabScenario& scenario, int threads = 1) {
   const Result<LabResult> result = RunLab(scenario, threads, {});
   EXPECT_TRUE(result.ok()) << result.ErrorOr("");
-  const auto measures = MeasuresOf(result.value());
-  return {measures.begin(), measures.end()};
+  std::map<std::string, double> measured;
+  for (const auto& [name, value] : MeasuresOf(result.value())) {
+    if (value) {
+      measured[name] = *value;
+    }
+  }
+  return measured;
 }
 
 constexpr const char* kGate =

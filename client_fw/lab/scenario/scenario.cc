@@ -24,28 +24,22 @@ using config::Value;
 constexpr uint64_t kFieldBytes = uint64_t{1} << 30;
 constexpr int64_t kMaxDurationMs = int64_t{366} * 86'400'000;
 constexpr double kMaxAmount = 1e12;
-constexpr std::string_view kLevels[] = {"field", "firmware", "radio"};
 
-void ReadRunSection(const Value& root, Notes* notes, LabScenario* scenario) {
-  const TableReader run(config::TableOf(root, "run", notes), "run", &notes->problems);
-  run.AllowOnly({"level", "duration_s", "step_s", "seed"});
-  scenario->level = static_cast<Level>(run.OneOf("level", kLevels, 0).value_or(0));
-  scenario->duration_ms =
-      run.Scaled("duration_s", config::kSecondsToMs, 1, kMaxDurationMs, 60'000).value_or(1);
-  scenario->world.seed = static_cast<uint64_t>(run.Integer("seed", 0, INT64_MAX, 1).value_or(0));
-}
-
-// The radio, and the step, which has to be short where answers come in between.
 void ReadRadioSection(const Value& root, Notes* notes, LabScenario* scenario) {
   const TableReader radio(config::TableOf(root, "radio", notes), "radio", &notes->problems);
   radio.AllowOnly({"model", "robots_per_channel", "lost"});
   static constexpr std::string_view kModels[] = {"ideal", "rounds"};
   const bool on_air = scenario->level == Level::kRadio;
-  const bool channels = radio.OneOf("model", kModels, on_air ? 1 : 0).value_or(0) == 1;
-  if (on_air && !channels) {
-    radio.Report("model", "not known to level = \"radio\", expected \"rounds\"");
+  const auto found = radio.OneOf("model", kModels, on_air ? 1 : 0);
+  if (!found) {
+    return;
   }
-  if (channels) {
+  const bool ideal = *found == 0;
+  if (ideal && on_air) {
+    radio.Report("model", "not known to " + LevelText(*scenario) + ", expected \"rounds\"");
+  } else if (ideal) {
+    radio.Without({"robots_per_channel", "lost"}, "model = \"ideal\"", "model = \"rounds\"");
+  } else {
     RadioModel model;
     model.robots_per_channel = static_cast<int>(
         radio.Integer("robots_per_channel", 1, kMaxMeasuredRobots, model.robots_per_channel)
@@ -57,11 +51,27 @@ void ReadRadioSection(const Value& root, Notes* notes, LabScenario* scenario) {
                    fmt::format("found {}, expected what was measured: 0, 0.01 or 0.05", lost));
     }
     scenario->world.radio = model;
-  } else {
-    radio.Without({"robots_per_channel", "lost"}, "model = \"ideal\"", "model = \"rounds\"");
   }
+}
+
+// With the radio: steps have to be short where answers come in between.
+void ReadRunSection(const Value& root, Notes* notes, LabScenario* scenario) {
   const TableReader run(config::TableOf(root, "run", notes), "run", &notes->problems);
-  const bool fine = channels || scenario->level != Level::kField;
+  run.AllowOnly({"level", "duration_s", "step_s", "seed"});
+  scenario->duration_ms =
+      run.Scaled("duration_s", config::kSecondsToMs, 1, kMaxDurationMs, 60'000).value_or(1);
+  scenario->world.seed = static_cast<uint64_t>(run.Integer("seed", 0, INT64_MAX, 1).value_or(0));
+  const auto level = run.OneOf("level", kLevelNames, 0);
+  if (!level) {
+    return;
+  }
+  scenario->level = static_cast<Level>(*level);
+  ReadRadioSection(root, notes, scenario);
+  if (scenario->level == Level::kRadio) {
+    run.Without({"step_s"}, LevelText(*scenario), "its own step, a millisecond");
+    return;
+  }
+  const bool fine = scenario->world.radio || scenario->level != Level::kField;
   scenario->world.step_ms = run.Scaled("step_s", config::kSecondsToMs, 1,
                                        fine ? kMaxRadioStepMs : 60'000, fine ? 20 : 200)
                                 .value_or(1);
@@ -72,6 +82,10 @@ void ReadMeasureSection(const Value& root, Notes* notes, LabScenario* scenario) 
   measure.AllowOnly({"place_m", "from_s"});
   scenario->world.measure_from_ms =
       measure.Scaled("from_s", config::kSecondsToMs, 0, scenario->duration_ms - 1, 0).value_or(0);
+  if (scenario->level == Level::kRadio) {
+    measure.Without({"place_m"}, LevelText(*scenario), "no measure of coverage");
+    return;
+  }
   const int64_t cell_um = scenario->world.field.map.cell_um;
   scenario->world.coverage_cell_um =
       measure
@@ -258,7 +272,6 @@ Result<LabScenario> ReadLabScenario(const Value& tree, const std::string& name,
     config::ReadObstacles(tree, &notes, &field);
   }
   ReadRunSection(tree, &notes, &scenario);
-  ReadRadioSection(tree, &notes, &scenario);
   if (has_map && has_pheromones) {
     config::ReadPaths(tree, server.datum, &notes, &field);
     config::ReadPrints(tree, &notes, &field);
@@ -270,7 +283,9 @@ Result<LabScenario> ReadLabScenario(const Value& tree, const std::string& name,
     ReadGates(tree, &notes, &scenario);
     ReadGroups(tree, &notes, &scenario);
     ReadEvents(tree, &notes, &scenario);
-    CheckLevel(tree, scenario, &notes);
+    if (notes.problems.empty()) {
+      CheckLevel(tree, scenario, &notes);
+    }
   }
   if (!notes.problems.empty()) {
     return Error{notes.problems.Text()};

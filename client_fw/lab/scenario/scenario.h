@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client_fw/lab/behaviours/kinds.h"
@@ -56,6 +57,10 @@ struct LabEvent {
 /// What of a robot is simulated: the law and the field; its firmware, whose messages the engine
 /// answers; or all, with each byte on the air (client_fw/swarm).
 enum class Level : uint8_t { kField, kFirmware, kRadio };
+constexpr std::string_view kLevelNames[] = {"field", "firmware", "radio"};
+constexpr std::string_view NameOf(Level level) {
+  return kLevelNames[static_cast<size_t>(level)];
+}
 
 struct LabScenario {
   std::string name;  ///< of the file, without folder and extension

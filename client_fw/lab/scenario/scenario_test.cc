@@ -237,6 +237,7 @@ TEST(LabScenarioTest, AValueCanBeSetBeforeItIsRead) {
   EXPECT_EQ(ErrorOf({{"robot.count", "3"}}), "ants.toml:1:1: robot: unknown key, expected robots?");
   EXPECT_EQ(ErrorOf({{"robot[1].count", "3"}}),
             "--set robot[1].count: the scenario has no table robot[1]");
+  EXPECT_EQ(ErrorOf({{"path.count", "3"}}), "--set path.count: the scenario has no table path");
   EXPECT_EQ(ErrorOf({{"run.sed", "3"}}), "ants.toml:1:1: run.sed: unknown key, expected seed?");
 }
 

@@ -51,7 +51,7 @@ SummaryRow SummaryOf(const LabScenario& scenario, const LabResult& result,
     Add(key, value, &row);
   }
   for (const auto& [name, value] : MeasuresOf(result)) {
-    Add(name, ShortestText(value), &row);
+    Add(name, value ? ShortestText(*value) : "", &row);
   }
   Add("hash", HexText(result.hash), &row);
   return row;

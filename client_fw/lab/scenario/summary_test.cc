@@ -81,6 +81,22 @@ TEST_F(SummaryTest, ManyAppendAtOnce) {
   }
 }
 
+// A sweep may have levels: what one of them does not measure is an empty field.
+TEST_F(SummaryTest, RunsOfAllLevelsHaveTheSameColumns) {
+  LabScenario scenario;
+  scenario.name = "x";
+  LabResult air;
+  air.on_air = true;
+  air.robots = 3;
+  LabResult world;
+  world.tally.path_errors = {20'000, 2};
+  const SummaryRow of_world = SummaryOf(scenario, world, "abc");
+  const SummaryRow of_air = SummaryOf(scenario, air, "abc");
+  EXPECT_EQ(of_air.header, of_world.header);
+  EXPECT_EQ(of_air.row, "x,abc,1,3,0" + std::string(15, ',') + "0,0,,0000000000000000");
+  EXPECT_TRUE(of_world.row.ends_with(",0,0,10,0000000000000000")) << of_world.row;
+}
+
 TEST_F(SummaryTest, TextIsQuotedAsCsvNeeds) {
   LabScenario scenario;
   scenario.name = "x";

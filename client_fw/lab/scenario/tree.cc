@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <optional>
 
 #include "server/base/format.h"
@@ -16,6 +18,13 @@ using Kind = config::Value::Kind;
 bool IsArrayOfTables(const Value& value) {
   return value.kind == Kind::kArray && !value.items.empty() &&
          value.items.front().kind == Kind::kTable;
+}
+
+// A table [[name]], which has no defaults.
+bool IsOneOfMany(std::string_view name) {
+  constexpr std::string_view kNames[] = {"event",  "path", "pheromone", "print",
+                                         "robots", "site", "wall"};
+  return std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames);
 }
 
 Value* Entry(std::string_view name, Value* table) {
@@ -65,7 +74,7 @@ Result<Value*> Descend(std::string_view key, const Segment& segment, Value* tabl
     }
     return &entry->items[number - 1];
   }
-  if (entry == nullptr && !segment.number) {
+  if (entry == nullptr && !segment.number && !IsOneOfMany(segment.name)) {
     Value made;
     made.kind = Kind::kTable;
     made.key = segment.name;

@@ -19,7 +19,7 @@
 namespace pheromone::lab {
 
 /// `text` as TOML has it; what cannot be read as such is a string. A table that is not there is
-/// made; one of several has to exist. Errors name the key.
+/// made; one of those [[name]] has to be there. Errors name the key.
 Status SetValue(std::string_view key, std::string_view text, config::Value* tree);
 
 using KeyValues = std::vector<std::pair<std::string, std::string>>;
