@@ -8,6 +8,7 @@
 
 #include "client_fw/lab/behaviour_abi.h"
 #include "server/base/result.h"
+#include "server/core/field/field.h"
 
 namespace pheromone::lab {
 
@@ -35,6 +36,8 @@ class Behaviour {
   /// Called by one thread when all robots of a step have acted, while they move. An error ends the
   /// run.
   virtual Result<StepOutcome> EndStep(uint64_t /*now_ms*/) { return StepOutcome{}; }
+  /// That its robots sense and lay trails on, if it is not the world's own.
+  virtual const field::Field* field() const { return nullptr; }
   /// Of what it has besides the robots' arrays, to tell two runs apart.
   virtual uint64_t Hash() const { return 0; }
 };

@@ -503,6 +503,15 @@ Status World::ReplaceObstacles(field::Shared<field::ObstacleMask> obstacles) {
   return Ok();
 }
 
+const field::Field& World::field() const {
+  for (const Behaviour* behaviour : behaviours_) {
+    if (const field::Field* own = behaviour->field(); own != nullptr) {
+      return *own;
+    }
+  }
+  return *field_;
+}
+
 uint64_t World::Hash() const {
   uint64_t sum = field_->hash() + sites_.Hash() + Hash64({'t', time_.step});
   for (const Behaviour* behaviour : behaviours_) {

@@ -95,7 +95,8 @@ class World {
   /// For the actions of groups without a behaviour.
   Robots& mutable_robots() { return robots_; }
   std::span<const RobotGroup> groups() const { return config_.groups; }
-  const field::Field& field() const { return *field_; }
+  /// That the robots sense and lay trails on.
+  const field::Field& field() const;
   Sites& sites() { return sites_; }
   const Sites& sites() const { return sites_; }
   const Coverage& coverage() const { return coverage_; }

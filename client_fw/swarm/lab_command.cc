@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <functional>
@@ -17,6 +18,7 @@
 #include "client_fw/lab/scenario/summary.h"
 #include "client_fw/lab/scenario/sweep.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/lab_outputs.h"
 #include "client_fw/swarm/lab_radio.h"
 #include "client_fw/swarm/progress_bar.h"
 #include "server/base/file.h"
@@ -32,6 +34,8 @@ struct LabOptions {
   std::optional<uint64_t> seed;
   int threads = 1;
   std::string summary;
+  LabOutputOptions outputs;
+  std::optional<double> every_s;
 };
 
 // KEY=VALUE each; --seed is run.seed.
@@ -63,15 +67,43 @@ int RunOne(const LabOptions& options) {
     fmt::print(stderr, "{}\n", warning.text);
   }
   const bool on_air = scenario.value().level == lab::Level::kRadio;
+  LabOutputOptions outputs = options.outputs;
+  outputs.every_ms = std::llround(options.every_s.value_or(10) * 1000);
+  bool has_output = false;
+  for (const auto& [option, value] :
+       {std::pair("--series", &outputs.series), std::pair("--tracks", &outputs.tracks),
+        std::pair("--maps", &outputs.maps), std::pair("--frames", &outputs.frames)}) {
+    has_output = has_output || !value->empty();
+    if (on_air && !value->empty()) {
+      return Fail(std::string(option) + ": run.level = \"radio\" has no such output, expected " +
+                      "\"field\" or \"firmware\"",
+                  kWrongInput);
+    }
+  }
+  if (options.every_s && !has_output) {
+    return Fail("--every " + ShortestText(*options.every_s) +
+                    ": found no output, expected --series, --tracks, --maps or --frames",
+                kWrongInput);
+  }
   if (on_air && options.threads != 1) {
     return Fail("--threads " + std::to_string(options.threads) +
                     ": run.level = \"radio\" has one thread, expected 1",
                 kWrongInput);
   }
+  Result<LabOutputs> writer = LabOutputs::Open(std::move(outputs));
+  if (!writer.ok()) {
+    return Fail(writer.error(), kFailed);
+  }
   const std::function<void(int64_t)> bar = ProgressBar(scenario.value().duration_ms);
+  const auto look = [&](const lab::World& world) {
+    if (bar) {
+      bar(static_cast<int64_t>(world.time().now_ms()));
+    }
+    return writer.value().Look(world);
+  };
   const Result<lab::LabResult> result = on_air
                                             ? RunLabOnAir(scenario.value(), bar)
-                                            : lab::RunLab(scenario.value(), options.threads, bar);
+                                            : lab::RunLab(scenario.value(), options.threads, look);
   EndProgressBar(bar);
   if (!result.ok()) {
     return Fail(result.error(), kFailed);
@@ -153,6 +185,25 @@ void AddLabCommand(CLI::App* app, int* status) {
                   "Append a row with all parameters, the seed, the commit, what was measured and "
                   "the hash to this CSV file, if it has no such row")
       ->type_name("FILE");
+  LabOutputOptions& outputs = options->outputs;
+  run->add_option(
+         "--series", outputs.series,
+         "Write what was measured until then to this CSV file, a row every --every seconds")
+      ->type_name("FILE");
+  run->add_option("--tracks", outputs.tracks,
+                  "Write where each robot is to this CSV file, as often")
+      ->type_name("FILE");
+  run->add_option("--maps", outputs.maps,
+                  "Write the content of each pheromone to PHEROMONE.npy in this folder, as often: "
+                  "an array (moments, rows, columns) for NumPy")
+      ->type_name("FOLDER");
+  run->add_option("--frames", outputs.frames,
+                  "Write a picture of each pheromone with the robots to PHEROMONE-00000.png and so "
+                  "on in this folder, as often")
+      ->type_name("FOLDER");
+  run->add_option("--every", options->every_s, "Seconds between two of these (default: 10)")
+      ->check(Number(0.001, 1e6))
+      ->type_name("SECONDS");
   run->callback([options, status] { *status = RunOne(*options); });
   CLI::App* list =
       add("list", "Print a command for each run of the scenario's [sweep], for GNU parallel");

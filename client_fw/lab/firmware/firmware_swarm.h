@@ -10,7 +10,8 @@
 // milliseconds its loop turns besides once in each step. A ROUND is its own alone, and at least one
 // comes every second. HELLO, and what it sends outside of turns, is answered in the next step.
 //
-// The world's own field is not used: it is the engine's that the robots sense and lay trails on.
+// The world's own field is not used: its field() is the engine's, which the robots sense and lay
+// trails on.
 #pragma once
 
 #include <atomic>
@@ -45,6 +46,9 @@ class FirmwareSwarm final : public Behaviour {
   Status Act(const PheromoneView& view, const PheromoneActions& actions, size_t first,
              size_t count) override;
   Result<StepOutcome> EndStep(uint64_t now_ms) override;
+  const field::Field* field() const override {
+    return service_.Inspect([](const engine::Engine& engine) { return &engine.field(); });
+  }
   uint64_t Hash() const override;
 
   const FirmwareRobot& robot(size_t index) const { return lives_[index].robot; }

@@ -23,14 +23,17 @@ LabResult ResultOf(const World& world) {
 }
 
 Result<LabResult> RunLab(const LabScenario& scenario, int threads,
-                         const std::function<void(int64_t ms)>& progress) {
+                         const std::function<Status(const World&)>& look) {
   PHEROMONE_TRY(const std::unique_ptr<World> world, MakeWorld(scenario, threads));
   ScenarioEvents events(scenario, world.get());
+  if (look) {
+    PHEROMONE_TRY_STATUS(look(*world));
+  }
   while (static_cast<int64_t>(world->time().now_ms()) < scenario.duration_ms) {
     PHEROMONE_TRY_STATUS(events.MakeDue());
     PHEROMONE_TRY_STATUS(world->Step());
-    if (progress) {
-      progress(static_cast<int64_t>(world->time().now_ms()));
+    if (look) {
+      PHEROMONE_TRY_STATUS(look(*world));
     }
   }
   return ResultOf(*world);
@@ -51,7 +54,7 @@ std::vector<Measure> MeasuresOf(const LabResult& result) {
   const Trips& trips = result.trips;
   return {
       {"robots", static_cast<double>(result.robots)},
-      {"time_s", static_cast<double>(result.steps) * step_s},
+      {"time_s", static_cast<double>(result.steps * static_cast<uint64_t>(result.step_ms)) / 1000},
       {"deliveries", in_world(trips.delivered)},
       {"deliveries_per_robot_hour", in_world(share(trips.delivered, robot_hours))},
       {"delivered_quality", in_world(trips.quality)},

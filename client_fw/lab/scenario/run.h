@@ -47,10 +47,10 @@ struct LabResult {
 /// What was measured in a world until now.
 LabResult ResultOf(const World& world);
 
-/// The same result for any number of threads. `progress` is told the time after each step; it may
-/// be empty. Errors: those of World.
+/// The same result for any number of threads. `look` is called before the first step and after
+/// each; it may be empty. Errors: those of World and of `look`.
 Result<LabResult> RunLab(const LabScenario& scenario, int threads,
-                         const std::function<void(int64_t ms)>& progress);
+                         const std::function<Status(const World&)>& look);
 
 /// By name; none: not measured, as at level "radio" all but time, answers, stops and paths.
 using Measure = std::pair<std::string, std::optional<double>>;

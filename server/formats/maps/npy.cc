@@ -206,14 +206,11 @@ Result<Raster> ReadElements(const Header& header, std::string_view bytes, size_t
 }
 
 // Magic, version 1.0, the length of the header, and the header, filled up so that the values begin
-// at a multiple of 64.
-std::string Preamble(const Raster& raster, std::string_view descr) {
-  std::string header = "{'descr': '" + std::string(descr) +
-                       "', 'fortran_order': False, 'shape': (" + std::to_string(raster.rows) +
-                       ", " + std::to_string(raster.columns) + "), }";
-  while ((kMagic.size() + 4 + header.size() + 1) % 64 != 0) {
-    header += ' ';
-  }
+// at kValuesAt: a multiple of 64, and the same for any shape.
+constexpr size_t kValuesAt = 128;
+std::string Preamble(const std::string& shape) {
+  std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (" + shape + "), }";
+  header.resize(kValuesAt - kMagic.size() - 4 - 1, ' ');
   header += '\n';
   std::string bytes(kMagic);
   bytes += '\x01';
@@ -223,7 +220,29 @@ std::string Preamble(const Raster& raster, std::string_view descr) {
   return bytes + header;
 }
 
+std::string ShapeOf(const Raster& raster) {
+  return std::to_string(raster.rows) + ", " + std::to_string(raster.columns);
+}
+
 }  // namespace
+
+std::string NpyStackHeader(uint64_t rasters, const Raster& raster) {
+  return Preamble(std::to_string(rasters) + ", " + ShapeOf(raster));
+}
+
+std::string NpyValues(const Raster& raster) {
+  std::string bytes;
+  bytes.reserve(8 * raster.values.size());
+  for (int32_t row = raster.rows - 1; row >= 0; --row) {
+    for (int32_t column = 0; column < raster.columns; ++column) {
+      const auto bits = std::bit_cast<uint64_t>(raster.At(column, row));
+      for (int shift = 0; shift < 64; shift += 8) {
+        bytes += static_cast<char>(bits >> shift & 0xFF);
+      }
+    }
+  }
+  return bytes;
+}
 
 Result<Raster> ParseNpy(std::string_view bytes, std::string_view name) {
   if (bytes.substr(0, kMagic.size()) != kMagic) {
@@ -260,17 +279,7 @@ Result<Raster> LoadNpy(const std::string& path) {
 }
 
 std::string EncodeNpy(const Raster& raster) {
-  std::string bytes = Preamble(raster, "<f8");
-  bytes.reserve(bytes.size() + 8 * raster.values.size());
-  for (int32_t row = raster.rows - 1; row >= 0; --row) {
-    for (int32_t column = 0; column < raster.columns; ++column) {
-      const auto bits = std::bit_cast<uint64_t>(raster.At(column, row));
-      for (int shift = 0; shift < 64; shift += 8) {
-        bytes += static_cast<char>(bits >> shift & 0xFF);
-      }
-    }
-  }
-  return bytes;
+  return Preamble(ShapeOf(raster)) + NpyValues(raster);
 }
 
 Status SaveNpy(const std::string& path, const Raster& raster) {

@@ -8,6 +8,7 @@
 // error.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -24,5 +25,10 @@ Result<Raster> LoadNpy(const std::string& path);
 std::string EncodeNpy(const Raster& raster);
 
 Status SaveNpy(const std::string& path, const Raster& raster);
+
+/// A file of many rasters of one size, an array (rasters, rows, columns), that may grow: the
+/// header, of as many bytes for any number, and then the values of each raster.
+std::string NpyStackHeader(uint64_t rasters, const Raster& raster);
+std::string NpyValues(const Raster& raster);
 
 }  // namespace pheromone::maps

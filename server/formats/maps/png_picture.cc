@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <csetjmp>
 #include <cstring>
 #include <limits>
@@ -308,7 +309,9 @@ Result<std::string> EncodePicture(const Raster& raster, const PictureStyle& styl
                   for (int32_t column = 0; column < raster.columns; ++column) {
                     const double value = raster.At(column, cell_row);
                     const double share = (value - style.low) / (style.high - style.low);
-                    const Rgb colour = value != value ? style.unknown : Viridis(share);
+                    const Rgb colour = std::isnan(value)                     ? style.unknown
+                                       : std::isinf(value) && style.infinite ? *style.infinite
+                                                                             : Viridis(share);
                     for (int n = 0; n < style.pixels_per_cell; ++n) {
                       row->insert(row->end(), {colour.red, colour.green, colour.blue});
                     }

@@ -9,6 +9,7 @@
 // per pixel in addition to the raster.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -32,7 +33,8 @@ struct PictureStyle {
   double low = 0;   ///< this value and all below are drawn in Viridis(0)
   double high = 1;  ///< > low; Viridis(1), as everything above
   Rgb unknown = {255, 255, 255};
-  int pixels_per_cell = 1;  ///< 1 or more; each cell is a square of that side
+  std::optional<Rgb> infinite = {};  ///< none: as `high`, or `low` below
+  int pixels_per_cell = 1;           ///< 1 or more; each cell is a square of that side
 };
 
 /// 8-bit RGB. Fails if the picture would have a SizeProblem.

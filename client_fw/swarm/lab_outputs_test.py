@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""What pheromone-swarm lab run writes while it runs, read back by NumPy, csv and matplotlib.
+
+    outputs_test.py BIN_DIR
+"""
+
+import csv
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import matplotlib.image
+import numpy as np
+
+BIN = pathlib.Path()
+QUANTUM, MAXIMUM, CELL_M = 0.015625, 2.0, 0.1
+COLUMNS, ROWS, PIXELS = 81, 41, 7  # a node in each corner; pixels along the side of its square
+
+# Two robots that lay a trail where there is none.
+SCENARIO = f"""
+[run]
+duration_s = 4.4
+[map]
+width_m = {(COLUMNS - 1) * CELL_M}
+height_m = {(ROWS - 1) * CELL_M}
+cell_m = {CELL_M}
+[antennas]
+bias_m = 0.33
+[[pheromone]]
+type = 1
+name = "trail"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 0
+quantum = {QUANTUM}
+maximum = {MAXIMUM}
+[[pheromone]]
+type = 2
+name = "other"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 0
+quantum = {QUANTUM}
+maximum = {MAXIMUM}
+[[robots]]
+name = "ants"
+behaviour = "follow"
+starts = [[1.0, 3.0, 0.0], [5.0, 1.0, 0.0]]
+senses = ["trail"]
+deposits = "trail"
+parameters = {{quanta = 1}}
+radius_m = 0.0
+"""
+WALL = """
+[[wall]]
+name = "block"
+points_m = [[7, 3], [7.5, 3]]
+thickness_m = 0.3
+"""
+
+
+class OutputsTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.write(SCENARIO)
+
+    def write(self, text):
+        (self.folder / "two.toml").write_text(text, encoding="utf-8")
+
+    def lab(self, *arguments):
+        return subprocess.run([BIN / "pheromone-swarm", "lab", "run", "two.toml", *arguments], cwd=self.folder,
+                              text=True, capture_output=True, check=False, timeout=100)
+
+    def table(self, name):
+        with open(self.folder / name, encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+
+    def check(self, times, *level):
+        done = self.lab("--series", "series.csv", "--tracks", "tracks.csv", "--maps", "maps", "--frames", "frames",
+                        "--every", "0.55", *level)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        series, tracks = self.table("series.csv"), self.table("tracks.csv")
+        self.assertEqual([row["time_s"] for row in series], times)
+        self.assertEqual([(row["time_s"], row["robot"]) for row in tracks],
+                         [(time, robot) for time in times for robot in "01"])
+        printed = dict(line.split() for line in done.stdout.splitlines())
+        for name, value in series[-1].items():
+            self.assertEqual(value == "", name not in printed, name)
+            if value:
+                self.assertAlmostEqual(float(value), float(printed[name]), delta=1e-5 * abs(float(value)))
+        return series, tracks
+
+    def pictures(self, series, tracks):
+        trail, other = (np.load(self.folder / "maps" / f"{name}.npy") for name in ("trail", "other"))
+        self.assertEqual((trail.dtype, trail.shape, other.shape), (np.float64, (9, ROWS, COLUMNS), (9, ROWS, COLUMNS)))
+        self.assertEqual(np.nansum(other), 0)
+        # Nothing evaporates, and no node is full: the map has what was laid.
+        laid = [float(row["deposited_quanta"]) * QUANTUM for row in series]
+        self.assertEqual(np.nansum(trail, axis=(1, 2)).tolist(), laid)
+        self.assertGreater(laid[-1], laid[1])
+        blocked = np.isnan(trail[0])
+        # White where robots are, gray where obstacles are, the colours of 0 elsewhere.
+        for moment, time in enumerate(row["time_s"] for row in series):
+            picture = np.rint(255 * matplotlib.image.imread(self.folder / "frames" / f"other-{moment:05}.png"))[..., :3]
+            self.assertEqual(picture.shape, (PIXELS * ROWS, PIXELS * COLUMNS, 3))
+            expected = np.tile([68.0, 1.0, 84.0], (ROWS, COLUMNS, 1))
+            expected[blocked] = 128
+            for row in tracks:
+                if row["time_s"] == time:
+                    # The nearest node.
+                    x, y = (int(np.floor(float(row[name]) / CELL_M + 0.5)) for name in ("x_m", "y_m"))
+                    expected[ROWS - 1 - y, x] = 255
+            np.testing.assert_array_equal(picture, expected.repeat(PIXELS, axis=0).repeat(PIXELS, axis=1))
+        return blocked
+
+    def test_field(self):
+        self.write(SCENARIO + WALL)
+        # The first steps, of 0.2 s, that are not before 0, 0.55, 1.1 s and so on.
+        series, tracks = self.check(["0", "0.6", "1.2", "1.8", "2.2", "2.8", "3.4", "4", "4.4"])
+        self.assertEqual([(row["x_m"], row["y_m"], row["heading_deg"]) for row in tracks[:2]],
+                         [("1.0000", "3.0000", "0.00"), ("5.0000", "1.0000", "0.00")])
+        blocked = self.pictures(series, tracks)
+        self.assertTrue(blocked[ROWS - 1 - 30, 72] and not blocked[30, 72])
+
+    def test_firmware(self):
+        times = ["0", "0.56", "1.1", "1.66", "2.2", "2.76", "3.3", "3.86", "4.4"]  # its step is 0.02 s
+        blocked = self.pictures(*self.check(times, "--set", "run.level=firmware"))
+        self.assertFalse(blocked.any())
+
+    def test_what_a_level_cannot_write_is_refused(self):
+        done = self.lab("--series", "series.csv", "--set", "run.level=radio")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn('--series: run.level = "radio" has no such output, expected "field" or "firmware"', done.stderr)
+
+    def test_what_has_no_effect_is_refused(self):
+        done = self.lab("--every", "2")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--every 2: found no output, expected --series, --tracks, --maps or --frames", done.stderr)
+
+    def test_a_folder_that_cannot_be_made_is_told(self):
+        (self.folder / "file").write_text("", encoding="utf-8")
+        done = self.lab("--maps", "file/maps")
+        self.assertEqual((done.returncode, "file/maps: " in done.stderr), (1, True), done)
+
+
+if __name__ == "__main__":
+    BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+    unittest.main(verbosity=2)
