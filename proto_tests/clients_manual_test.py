@@ -78,7 +78,7 @@ class ClientsManualTest(unittest.TestCase):
         self.assertEqual(offered("pheromone-swarm", "pi"), {"pioneer"})
         self.assertEqual(offered("pheromone-swarm", "lab", ""), {"run", "list"})
         self.assertEqual(offered("pheromone-swarm", "lab", "run", "--s"),
-                         {"--set", "--seed", "--summary"})
+                         {"--set", "--seed", "--series", "--summary"})
         for words in [*((program,) for program in ROBOTS), *((program,) for program in WITH_COMMANDS),
                       *((program, command) for program in WITH_COMMANDS
                         for command in commands_of(program))]:
