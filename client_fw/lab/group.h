@@ -43,6 +43,8 @@ struct RobotGroup {
   Wheels wheels;
   OdometryErrors odometry;
   PositionFixes fixes;
+  /// How far it drives on one battery, which each nest charges; then it stands. 0: no end.
+  double range_m = 0;
   std::vector<uint8_t> senses;  ///< types, at most kPheromoneSlots; blends too
   uint8_t deposits = 0;         ///< the type deposited if the behaviour names no other; 0: none
   /// Null: whoever owns the world writes the actions, between World::Sense and World::Act.

@@ -26,6 +26,7 @@ struct Robots {
         right_m_s(robots),
         radius_m(robots),
         way_m(robots),
+        charged_m(robots),
         believed_x_m(believes ? robots : 0),
         believed_y_m(believes ? robots : 0),
         believed_heading_rad(believes ? robots : 0),
@@ -68,7 +69,8 @@ struct Robots {
   std::vector<double> left_m_s;     ///< of the wheels
   std::vector<double> right_m_s;
   std::vector<float> radius_m;
-  std::vector<double> way_m;  ///< since the start, forwards or backwards
+  std::vector<double> way_m;      ///< since the start, forwards or backwards
+  std::vector<double> charged_m;  ///< that of the last nest
 
   // What they believe; empty if that is what is so.
   std::vector<double> believed_x_m;

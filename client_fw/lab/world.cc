@@ -480,10 +480,22 @@ Status World::EndBehaviours() {
   return Ok();
 }
 
+void World::Discharge(double range_m, size_t robot) {
+  const uint8_t site = robots_.site[robot];
+  if (site != 0 && sites_.all()[site - 1u].is_food == 0) {
+    robots_.charged_m[robot] = robots_.way_m[robot];
+  } else if (robots_.way_m[robot] - robots_.charged_m[robot] >= range_m) {
+    Fail(robot);
+  }
+}
+
 void World::CommitSlice(const Slice& slice) {
   const Moves moves = Commit(time_, slice, &robots_);
   for (size_t i = slice.first; i < slice.end(); ++i) {
     coverage_.Visit(robots_.x_m[i], robots_.y_m[i], time_.step + 1);
+    if (slice.group->range_m > 0) {
+      Discharge(slice.group->range_m, i);
+    }
   }
   const PathErrors errors = Measures() ? paths_.Look(time_, slice, robots_) : PathErrors{};
   const std::lock_guard lock(mutex_);

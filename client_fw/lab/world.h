@@ -133,6 +133,7 @@ class World {
   void BuildGrid() { grid_.Build(robots_.x_m, robots_.y_m); }
   void RollSlice(size_t slice) { ways_m_[slice] = Roll(time_, slices_[slice], &robots_); }
   Surroundings Around() const;
+  void Discharge(double range_m, size_t robot);
   void CommitSlice(const Slice& slice);
   bool Measures() const { return static_cast<int64_t>(time_.now_ms()) >= config_.measure_from_ms; }
   void EndStep() { ++time_.step; }

@@ -61,6 +61,28 @@ TEST(World, AtConstantSpeedsARobotDrivesACircle) {
   }
 }
 
+// 0.04 m a step; a nest from 5.7 to 5.9 m charges it, if there is one.
+TEST(World, AnEmptyBatteryStopsARobot) {
+  for (const bool has_nest : {false, true}) {
+    WorldConfig config = SmallWorld();
+    config.groups = {Alone({5, 5, 0})};
+    config.groups[0].wheels.acceleration_m_s2 = 0;
+    config.groups[0].range_m = 1.01;
+    if (has_nest) {
+      config.sites.resize(1);
+      config.sites[0].site = {5.8, 5, 0.1, 0, 1, 0};
+    }
+    const auto world = Made(std::move(config));
+    world->mutable_robots().want_left_m_s[0] = 0.2;
+    world->mutable_robots().want_right_m_s[0] = 0.2;
+    for (int step = 0; step < 100; ++step) {
+      ASSERT_TRUE(world->Step().ok());
+    }
+    EXPECT_NEAR(world->robots().x_m[0], (has_nest ? 5.9 : 5) + 1.01, 2 * 0.04) << has_nest;
+    EXPECT_EQ(world->robots().failed[0], 1) << has_nest;
+  }
+}
+
 // The server, asked by frames.
 class Server {
  public:

@@ -39,7 +39,7 @@ void CheckFollower(const TableReader& table, const std::string& level, const Rob
 
 void CheckRadioRobots(const TableReader& table, const std::string& level, const RobotGroup& group) {
   table.Without({"wheelbase_m", "max_speed_m_per_s", "acceleration_m_per_s2", "odometry_bias",
-                 "odometry_noise", "slip", "fix_period_s", "fix_sigma_m"},
+                 "odometry_noise", "slip", "fix_period_s", "fix_sigma_m", "range_m"},
                 level, "the drive that the simulator has");
   if (group.radius_m > 0) {
     table.Report("radius_m", fmt::format("found {}, expected 0: at {}, robots do not collide",

@@ -199,6 +199,7 @@ void GroupReader::ReadBody() {
   group.fixes.period_ms =
       table.Scaled("fix_period_s", config::kSecondsToMs, 0, 86'400'000, 0).value_or(0);
   group.fixes.sigma_m = table.Number("fix_sigma_m", 0, 1000, 0).value_or(0);
+  group.range_m = table.Number("range_m", 0, 1e6, 0).value_or(0);
   if (group.fixes.sigma_m > 0 && group.fixes.period_ms == 0) {
     table.Missing("fix_period_s", "seconds between two fixes, since fix_sigma_m is given");
   }
@@ -283,7 +284,7 @@ void ReadGroups(const Value& root, Notes* notes, LabScenario* scenario) {
     table.AllowOnly({"name", "behaviour", "plugin", "parameters", "count", "starts", "area_m",
                      "senses", "deposits", "radius_m", "wheelbase_m", "max_speed_m_per_s",
                      "acceleration_m_per_s2", "odometry_bias", "odometry_noise", "slip",
-                     "fix_period_s", "fix_sigma_m"});
+                     "fix_period_s", "fix_sigma_m", "range_m"});
     GroupReader reader{table, *notes, closed, {}, {}};
     reader.ReadBody();
     reader.ReadBehaviour();
