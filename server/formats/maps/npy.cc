@@ -207,10 +207,9 @@ Result<Raster> ReadElements(const Header& header, std::string_view bytes, size_t
 
 // Magic, version 1.0, the length of the header, and the header, filled up so that the values begin
 // at a multiple of 64.
-std::string Preamble(const Raster& raster, std::string_view descr) {
-  std::string header = "{'descr': '" + std::string(descr) +
-                       "', 'fortran_order': False, 'shape': (" + std::to_string(raster.rows) +
-                       ", " + std::to_string(raster.columns) + "), }";
+std::string Preamble(const Raster& raster) {
+  std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (" +
+                       std::to_string(raster.rows) + ", " + std::to_string(raster.columns) + "), }";
   while ((kMagic.size() + 4 + header.size() + 1) % 64 != 0) {
     header += ' ';
   }
@@ -260,7 +259,7 @@ Result<Raster> LoadNpy(const std::string& path) {
 }
 
 std::string EncodeNpy(const Raster& raster) {
-  std::string bytes = Preamble(raster, "<f8");
+  std::string bytes = Preamble(raster);
   bytes.reserve(bytes.size() + 8 * raster.values.size());
   for (int32_t row = raster.rows - 1; row >= 0; --row) {
     for (int32_t column = 0; column < raster.columns; ++column) {
