@@ -5,6 +5,8 @@ stops its wheels when it ends.
     own_robot_test.py BIN_DIR
 """
 
+import contextlib
+import os
 import pathlib
 import re
 import signal
@@ -29,8 +31,7 @@ class OwnRobotTest(unittest.TestCase):
         write_config(folder, default_config(BIN) + link("udp", "udp", listen="127.0.0.1:0"))
         daemon = OperatedDaemon(BIN, folder)
         self.addCleanup(daemon.kill)
-        robot = subprocess.Popen(["stdbuf", "-oL", BIN / "own_robot",
-                                  f"udp:127.0.0.1:{daemon.udp_port()}", "7"],
+        robot = subprocess.Popen([BIN / "own_robot", f"udp:127.0.0.1:{daemon.udp_port()}", "7"],
                                  stdout=subprocess.PIPE, text=True)
         self.addCleanup(robot.wait)
         self.addCleanup(robot.stdout.close)
@@ -60,6 +61,21 @@ class OwnRobotTest(unittest.TestCase):
         robot.send_signal(signal.SIGINT)
         last = robot.stdout.read().splitlines()[-1]
         self.assertEqual((robot.wait(), last[last.index("rad"):]), (0, "rad, 0 0 mm/s"))
+
+    def test_it_ends_although_nobody_reads_what_it_says(self):
+        robot = subprocess.Popen([BIN / "own_robot"], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(robot.wait)
+        self.addCleanup(robot.stdout.close)
+        self.addCleanup(robot.kill)
+        robot.stdout.readline()
+        pipe = os.open(f"/proc/{robot.pid}/fd/1", os.O_WRONLY | os.O_NONBLOCK)
+        self.addCleanup(os.close, pipe)
+        for size in (1 << 16, 1):
+            with contextlib.suppress(BlockingIOError):
+                while True:
+                    os.write(pipe, b"\n" * size)
+        robot.send_signal(signal.SIGINT)
+        self.assertEqual(robot.wait(timeout=20), 0)
 
     def test_what_is_no_address_or_id_is_told(self):
         for arguments in (["udp:nowhere"], ["udp:127.0.0.1:4951", "0"], ["udp:127.0.0.1:4951", "300"]):

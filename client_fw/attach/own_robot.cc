@@ -81,7 +81,8 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   const volatile std::sig_atomic_t* const stop = pheromone::StopOnSignals();
   const int64_t begin_ns = pheromone::MonotonicNs();
-  for (int64_t now_ms = 0, last_ms = 0; *stop == 0; last_ms = now_ms) {
+  int64_t now_ms = 0;
+  for (int64_t last_ms = 0; *stop == 0; last_ms = now_ms) {
     usleep(1000);
     now_ms = (pheromone::MonotonicNs() - begin_ns) / 1'000'000;
     server.Advance(now_ms);
@@ -100,5 +101,5 @@ int main(int argc, char** argv) {
     }
   }
   wheels.emergency_stop();
-  std::puts(wheels.Text().c_str());
+  pheromone::SayLine(now_ms, wheels.Text());
 }

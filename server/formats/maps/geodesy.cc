@@ -56,13 +56,6 @@ EastNorthUp LocalFrame::ToLocal(const Wgs84& place) const {
   return local;
 }
 
-Wgs84 LocalFrame::ToWgs84(const EastNorthUp& local) const {
-  Wgs84 place;
-  projection_->cartesian.Reverse(local.east_m, local.north_m, local.up_m, place.latitude_deg,
-                                 place.longitude_deg, place.height_m);
-  return place;
-}
-
 uint16_t HeadingFromCompass(double compass_deg) {
   assert(std::isfinite(compass_deg));
   const double within_turn =

@@ -1,10 +1,9 @@
-// Converts geographic positions to map coordinates and back. The map is the plane tangent to the
-// WGS-84 ellipsoid at the datum (or parallel to that plane at the datum's height), x to the east
-// and y to the north:
+// Converts geographic positions to map coordinates. The map is the plane tangent to the WGS-84
+// ellipsoid at the datum (or parallel to that plane at the datum's height), x to the east and y to
+// the north:
 //
 //   const LocalFrame frame = LocalFrame::At({47.3769, 8.5417, 408.0}).value();
 //   const EastNorthUp here = frame.ToLocal({47.3771, 8.5420, 408.0});  // metres
-//   const Wgs84 there = frame.ToWgs84(here);                           // degrees
 //
 // The distance of the plane from the curved Earth grows with the square of the distance from the
 // datum: at 1 km the ground is 8 cm below it, at 10 km 8 m, and a length along the ground appears
@@ -45,10 +44,8 @@ class LocalFrame {
 
   const Wgs84& datum() const { return datum_; }
 
-  /// Both are accurate to a few nanometres near the Earth's surface. A latitude beyond 90 degrees
-  /// gives NaN.
+  /// Accurate to a few nanometres near the Earth's surface. A latitude beyond 90 degrees gives NaN.
   EastNorthUp ToLocal(const Wgs84& place) const;
-  Wgs84 ToWgs84(const EastNorthUp& local) const;
 
  private:
   struct Projection;  // hides the library

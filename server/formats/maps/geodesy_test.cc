@@ -10,8 +10,6 @@
 namespace pheromone::maps {
 namespace {
 
-constexpr double kTenthOfMillimetre = 1e-4;
-
 LocalFrame FrameAt(const Wgs84& datum) {
   return LocalFrame::At(datum).value();
 }
@@ -60,10 +58,6 @@ TEST(Geodesy, ThePublishedTopocentricExampleComesOut) {
   EXPECT_NEAR(local.east_m, -189'013.869, 0.2);
   EXPECT_NEAR(local.north_m, -128'642.040, 0.2);
   EXPECT_NEAR(local.up_m, -4'220.171, 0.02);
-  const Wgs84 back = frame.ToWgs84({-189'013.869, -128'642.040, -4'220.171});
-  EXPECT_NEAR(back.latitude_deg, place.latitude_deg, 0.005 / 3600);
-  EXPECT_NEAR(back.longitude_deg, place.longitude_deg, 0.005 / 3600);
-  EXPECT_NEAR(back.height_m, 73, 0.01);
 }
 
 TEST(Geodesy, LocalCoordinatesAgreeWithThoseWorkedOutByHand) {
@@ -93,19 +87,6 @@ TEST(Geodesy, XIsEastAndYIsNorth) {
 
 TEST(Geodesy, APlaceAcrossTheDateLineIsNear) {
   EXPECT_NEAR(FrameAt({0, 179.995, 0}).ToLocal({0, -179.995, 0}).east_m, 1113.195, 0.002);
-}
-
-TEST(Geodesy, ThereAndBackAgainIsTheSamePlace) {
-  std::mt19937 random(2);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  for (int i = 0; i < 500; ++i) {
-    const LocalFrame frame = FrameAt({90 * unit(random), 180 * unit(random), 500 * unit(random)});
-    const EastNorthUp local{1e4 * unit(random), 1e4 * unit(random), 100 * unit(random)};
-    const EastNorthUp back = frame.ToLocal(frame.ToWgs84(local));
-    EXPECT_NEAR(back.east_m, local.east_m, kTenthOfMillimetre / 100);
-    EXPECT_NEAR(back.north_m, local.north_m, kTenthOfMillimetre / 100);
-    EXPECT_NEAR(back.up_m, local.up_m, kTenthOfMillimetre / 100);
-  }
 }
 
 TEST(Geodesy, ADatumThatIsNoPlaceIsRefused) {

@@ -91,7 +91,7 @@ inline constexpr LinkCounter kLinkCounters[] = {
      [](const LinkCounters& it) { return it.rounds.unanswered; }},
     {"ignored_carriers", "Transmissions in spite of a carrier that did not end.",
      CounterKind::kLoss, [](const LinkCounters& it) { return it.ignored_carriers; }},
-    {"undeliverable", "Messages not sent because there was no connection or no leave to send.",
+    {"undeliverable", "Messages not sent: no connection, no leave to send, or a failed write.",
      CounterKind::kLoss, [](const LinkCounters& it) { return it.undeliverable; }},
     {"dropped_connections", "Connections closed to make room for another.", CounterKind::kLoss,
      [](const LinkCounters& it) { return it.dropped_connections; }},

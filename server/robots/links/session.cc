@@ -382,13 +382,8 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
     tapped_.tap->Wrote(tapped_.line, {out.bytes.data(), out.frame_ends[frames - 1]});
   }
   for (const radio::Transmission::Part& part : out.parts) {
-    if (part.end <= size) {
-      continue;
-    }
-    if (options_.permit != nullptr) {
+    if (part.end > size) {
       options_.on_refused(part.message);
-    } else {
-      Drop(part.message);
     }
   }
   if (size == 0 && !error) {

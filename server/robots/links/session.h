@@ -38,8 +38,8 @@ struct ConversationOptions {
   /// Asked before each write, and held while a driver keys the transmitter; null: there is no need
   /// to. Outlives the session. Who closes the port releases it.
   SendPermit* permit = nullptr;
-  /// Called with each message that is not sent whole; set if there is a permit.
-  std::function<void(const protocol::Message& message)> on_refused{};
+  /// Called with each message that is not sent whole: without a permit, or because a write failed.
+  std::function<void(const protocol::Message& message)> on_refused;
 };
 
 class Session {

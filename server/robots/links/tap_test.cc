@@ -115,6 +115,27 @@ TEST_F(TapTest, HearsOfWhatNobodyReadsAndOfWhatIsLeftAtTheEnd) {
   EXPECT_EQ(written + dropped.size(), sent);
 }
 
+// Sends until the other end's buffers are full, and a write waits; then it fails.
+TEST_F(TapTest, HearsOfWhatAFailedWriteLeavesAndItIsCounted) {
+  Listen(SOCK_STREAM);
+  Peer robot = ConnectTo(server_.link(), SOCK_STREAM);
+  ASSERT_TRUE(robot.Ask(Hello(1, 1)));
+  protocol::Message largest = PingOf(1, 7);
+  largest.length = protocol::kMaxData;
+  const std::vector<engine::Outgoing> many(500, {0, 0, largest});
+  size_t sent = 1;  // HELLO's answer
+  do {
+    server_.router().Deliver(many);
+    sent += many.size();
+  } while (Eventually([&] { return server_.link().counters().frames_out == sent; },
+                      std::chrono::milliseconds(500)));
+  robot.HangUp();
+  EXPECT_TRUE(Eventually([this] { return server_.link().counters().undeliverable > 0; }));
+  server_.Stop();
+  const size_t written = MessagesIn(RememberingTap::Together(tap_.written(), 1)).size();
+  EXPECT_EQ(written + tap_.dropped().size(), sent);
+}
+
 TEST_F(TapTest, HearsOfWhatIsForALinkThatIsDown) {
   ASSERT_FALSE(StartPty(folder_ / "none/radio-a.pty").ok());
   const protocol::Message message = PingOf(9, 1);
