@@ -1,4 +1,4 @@
-"""What experiments with the lab share: confidence intervals of their tables and figures, and, for those that run in
+"""What experiments share: confidence intervals of their tables and figures, and, for those that run in
 Python, a sweep of cases.
 
     mean, half = sweeps.interval(values)                  # Student's t

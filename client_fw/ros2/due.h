@@ -2,8 +2,7 @@
 // and what was missed is not made up for.
 //
 //   Due diagnostics(1000);
-//   if (diagnostics.Claim(now_ms)) ...     // at 0, 1000, 2000, or as soon after each as it is
-//   asked
+//   if (diagnostics.Claim(now_ms)) ...  // at 0, 1000, 2000, or at the first call after each
 //
 // One thread.
 #pragma once

@@ -7,7 +7,7 @@
 namespace pheromone::verify {
 namespace {
 
-constexpr uint32_t kLookEvery = 1u << 14;  // states, to tell of progress
+constexpr uint32_t kReportEvery = 1u << 14;  // looks at the limits, to tell of progress
 
 }  // namespace
 
@@ -51,7 +51,7 @@ bool CleaningGraph::GoesOn(uint32_t explored) {
   const size_t now = bytes();
   gave_up_ = states_.size() > std::min(limits.max_states, kMaxSteps) ||
              targets_.size() > kMaxSteps || now > limits.max_bytes ||
-             (++looks_ % kLookEvery == 0 && limits.progress &&
+             (++looks_ % kReportEvery == 0 && limits.progress &&
               !limits.progress({explored, states_.size(), now}));
   return !gave_up_;
 }

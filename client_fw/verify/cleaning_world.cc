@@ -170,6 +170,7 @@ void CleaningWorld::NextInAllOrders(const CleaningState& state,
 void CleaningWorld::Next(const CleaningState& state, const Due& due,
                          std::vector<CleaningSuccessor>* next) {
   next->clear();
+  from_ = &state;
   next_ = next;
   for (size_t robot = 0; robot < robots_; ++robot) {
     const Cleaner& it = state.cleaners[robot];
@@ -520,12 +521,22 @@ void CleaningWorld::Visit(CleaningAction action, size_t robot, size_t zone, Clea
 }
 
 void CleaningWorld::Tidy(CleaningState* state) const {
+  const auto occupied_by = [](const Cleaner& it) {
+    return it.has_sign || it.is_cleaning() ? Bit(it.zone) : 0;
+  };
   uint64_t occupied = 0;
+  uint64_t occupied_before = 0;
   bool may_stamp_now = false;
   for (size_t robot = 0; robot < robots_; ++robot) {
     const Cleaner& it = state->cleaners[robot];
-    occupied |= it.has_sign || it.is_cleaning() ? Bit(it.zone) : 0;
+    occupied |= occupied_by(it);
+    occupied_before |= occupied_by(from_->cleaners[robot]);
     may_stamp_now = may_stamp_now || (it.is_cleaning() && it.timer == 0);
+  }
+  // Most steps change nothing of what ranks depend on.
+  if (state->rank == from_->rank && occupied == occupied_before &&
+      state->is_newest_now == from_->is_newest_now && (may_stamp_now || !state->is_newest_now)) {
+    return;
   }
   uint64_t used = limits_.passers_by ? 1 : 0;
   uint8_t newest = 0;
@@ -564,25 +575,23 @@ void CleaningWorld::RankBySight(uint64_t free, CleaningState* state) const {
     of_rank[state->rank[zone]] |= Bit(zone);
     newest = std::max(newest, state->rank[zone]);
   });
-  uint64_t done = 0;
-  uint8_t highest = 0;
+  std::array<uint64_t, kMaxZones> ranked{};  // those of each new rank
+  uint8_t ranks = 0;
   for (size_t rank = 0; rank <= newest; ++rank) {
     const uint64_t equal = of_rank[rank];
     if (rank == newest && state->is_newest_now) {
-      each(equal, [&](size_t zone) {
-        state->rank[zone] = done == 0 ? uint8_t{0} : static_cast<uint8_t>(highest + 1);
-      });
+      each(equal, [&](size_t zone) { state->rank[zone] = ranks; });
       break;
     }
     each(equal, [&](size_t zone) {
-      uint8_t least = 0;
-      each(compared_[zone] & done, [&](size_t older) {
-        least = std::max(least, static_cast<uint8_t>(state->rank[older] + 1));
-      });
+      uint8_t least = ranks;
+      while (least > 0 && (compared_[zone] & ranked[least - 1u]) == 0) {
+        --least;
+      }
       state->rank[zone] = least;
     });
     // Equals that are compared, some of them by way of others, stay equal.
-    for (bool is_changed = true; is_changed;) {
+    for (bool is_changed = !std::has_single_bit(equal); is_changed;) {
       is_changed = false;
       each(equal, [&](size_t zone) {
         each(compared_[zone] & equal, [&](size_t other) {
@@ -593,8 +602,10 @@ void CleaningWorld::RankBySight(uint64_t free, CleaningState* state) const {
         });
       });
     }
-    each(equal, [&](size_t zone) { highest = std::max(highest, state->rank[zone]); });
-    done |= equal;
+    each(equal, [&](size_t zone) {
+      ranked[state->rank[zone]] |= Bit(zone);
+      ranks = std::max(ranks, static_cast<uint8_t>(state->rank[zone] + 1));
+    });
   }
 }
 

@@ -157,15 +157,12 @@ class CleaningWorld {
     return static_cast<uint8_t>(std::min(level + RateOf(zone), full_percent_));
   }
 
-  /// What may happen next. States in it are tidy. `next` is emptied first; once it has grown to its
-  /// size, nothing is allocated.
+  /// What may happen after a state of Start or of Next. `next` is emptied first; once it has grown
+  /// to its size, nothing is allocated.
   void Next(const CleaningState& state, std::vector<CleaningSuccessor>* next);
   /// The same, in all orders whatever the limits say: which of them are left out depends on the
   /// order of the robots.
   void NextInAllOrders(const CleaningState& state, std::vector<CleaningSuccessor>* next);
-
-  /// Numbers ranks from 0 again, and forgets what no longer matters.
-  void Tidy(CleaningState* state) const;
 
   /// A closed zone does not count: it stays clean.
   int RateOf(size_t zone) const {
@@ -206,6 +203,8 @@ class CleaningWorld {
   uint8_t Advance(CleaningState* state);
   int TimeToNext(const CleaningState& state) const;
   void Visit(CleaningAction action, size_t robot, size_t zone, CleaningState state);
+  // Numbers ranks from 0 again, and forgets what no longer matters.
+  void Tidy(CleaningState* state) const;
   void RankBySight(uint64_t free, CleaningState* state) const;
 
   CleaningLimits limits_;
@@ -217,7 +216,9 @@ class CleaningWorld {
   std::array<uint64_t, kMaxZones> compared_{};
   int full_percent_ = kFullPercent;
   CleaningTag tag_;
-  std::vector<CleaningSuccessor>* next_ = nullptr;  // of the current Next
+  // Of the current Next.
+  const CleaningState* from_ = nullptr;
+  std::vector<CleaningSuccessor>* next_ = nullptr;
 };
 
 }  // namespace pheromone::verify

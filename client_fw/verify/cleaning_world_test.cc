@@ -301,7 +301,7 @@ TEST(Reduced, TheQueriesAreTheSame) {
 }
 
 // Five robots in one zone that may each take many different times: millions of states within the
-// first moment, and 16 million starts of six robots.
+// first moment, and 1.6 million starts of six robots.
 CleaningLimits AnyTimes(int robots) {
   return {.columns = 6,
           .rows = 5,

@@ -53,7 +53,7 @@ class BasicStateSet {
  public:
   static constexpr size_t kMaxStates = std::numeric_limits<uint32_t>::max() - 1;
 
-  explicit BasicStateSet(size_t words) : words_(words), keys_(words), places_(kChunk, kNone) {}
+  explicit BasicStateSet(size_t words) : words_(words), keys_(words), places_(std::min(kChunk, kFirstPlaces), kNone) {}
 
   size_t size() const { return keys_.size(); }
   size_t bytes() const { return keys_.bytes() + places_.size() * sizeof(uint32_t); }
@@ -82,6 +82,7 @@ class BasicStateSet {
   }
 
  private:
+  static constexpr size_t kFirstPlaces = 1024;
   static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 
   uint64_t Hash(const uint64_t* key) const {

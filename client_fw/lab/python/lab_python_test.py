@@ -326,29 +326,37 @@ class EndTest(unittest.TestCase):
 
 
 class ThreadsTest(unittest.TestCase):
-    def test_others_run_during_a_step_but_do_not_look_at_its_world(self):
-        world = lab.World(small({"name": "ants", "count": 400, "radius_m": 0.0, "behaviour": "explore"}))
+    def refused_meanwhile(self, world, use):
+        """What another thread gets that looks at a world while this is done with it."""
         seen = threading.Event()
         errors = []
 
-        def step():
+        def use_it():
             try:
                 while not seen.is_set():
-                    world.step()
+                    use()
             except lab.LabError as error:
                 errors.append(error)
-        stepping = threading.Thread(target=step)
-        stepping.start()
+        using = threading.Thread(target=use_it)
+        using.start()
         end = time.monotonic() + 60
         message = ""
-        while stepping.is_alive() and not message and time.monotonic() < end:
+        while using.is_alive() and not message and time.monotonic() < end:
             try:
                 world.measures()
-            except lab.LabError as error:  # only while the other thread is within a step
+            except lab.LabError as error:  # only while the other thread is within the call
                 message = str(error)
         seen.set()
-        stepping.join()
-        self.assertEqual((message, errors), ("another thread is using this world, expected one at a time", []))
+        using.join()
+        self.assertEqual(errors, [])
+        return message
+
+    def test_others_run_during_a_step_or_a_route_but_do_not_look_at_its_world(self):
+        world = lab.World(small({"name": "ants", "count": 400, "radius_m": 0.0, "behaviour": "explore"},
+                                wall=[{"name": "wall", "points_m": [[5.0, 0.0], [5.0, 9.0]]}]))
+        for use in (world.step, lambda: world.route((1.0, 1.0), (9.0, 1.0))):
+            self.assertEqual(self.refused_meanwhile(world, use),
+                             "another thread is using this world, expected one at a time")
         self.assertGreater(world.steps, 0)
 
 
@@ -511,6 +519,17 @@ class EnvironmentsTest(unittest.TestCase):
             seen, reward, terminated, truncated, _ = env.step(env.action_space.high)
             self.fits(env.observation_space, seen)
             self.assertEqual((reward, terminated, truncated), (0, False, step == 4))
+
+    def test_episodes_without_a_seed_follow_from_the_scenarios(self):
+        gym, zoo = self.with_stand_ins("pheromone_lab.gym"), self.with_stand_ins("pheromone_lab.zoo")
+        for made in (gym.SwarmEnv, zoo.SwarmParallelEnv):
+            def begins(seed, made=made):
+                env = made({**self.SCENARIO, "run": {"duration_s": 1, "seed": seed}}, "ants")
+                return [env.reset() and env.world.hash() for _ in range(2)]
+            self.assertEqual(begins(5), begins(5))
+            self.assertEqual(len({*begins(5), *begins(6)}), 4)
+            with self.assertRaisesRegex(lab.LabError, r'settings: found "run.seed" = 3, .*reset\(seed=\)'):
+                made(self.SCENARIO, "ants", settings={"run.seed": 3})
 
     def test_an_episode_of_many_agents(self):
         env = self.with_stand_ins("pheromone_lab.zoo").SwarmParallelEnv(self.SCENARIO, "ants",

@@ -1,8 +1,8 @@
 // pheromone_lab._core: what pheromone_lab (world.py) is made of. Its types are in
 // src/pheromone_lab/_core.pyi, which says what each function is for.
 //
-// The world steps without the interpreter's lock; whoever comes meanwhile from another thread is
-// refused (Simulation::Turn).
+// The world steps and finds routes without the interpreter's lock; whoever comes meanwhile from
+// another thread is refused (Simulation::Turn).
 #include <fmt/format.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -255,8 +255,12 @@ py::array_t<double> Route(Simulation& simulation, std::pair<double, double> star
     }
     return field::PointUm{std::llround(x_m * 1e6), std::llround(y_m * 1e6)};
   };
-  const auto route = field::FindRoute(config.map, config.obstacles, point("start", start),
-                                      point("goal", goal), std::llround(clearance_m * 1e6));
+  const field::PointUm from = point("start", start);
+  const field::PointUm to = point("goal", goal);
+  const auto route = [&] {
+    const py::gil_scoped_release others_run;
+    return field::FindRoute(config.map, config.obstacles, from, to, std::llround(clearance_m * 1e6));
+  }();
   if (!route.ok()) {
     throw LabError("route: " + route.error());
   }
@@ -383,6 +387,7 @@ PYBIND11_MODULE(_core, m) {
       .def_property_readonly("steps", [](const Simulation& it) { return it.world().time().step; })
       .def_property_readonly("step_ms",
                              [](const Simulation& it) { return it.world().time().step_ms; })
+      .def_property_readonly("seed", [](const Simulation& it) { return it.world().time().seed; })
       .def_property_readonly("duration_ms",
                              [](const Simulation& it) { return it.scenario().duration_ms; });
 }

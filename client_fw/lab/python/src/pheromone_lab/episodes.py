@@ -1,4 +1,8 @@
-"""Episodes of a group that is driven from outside, a world for each: what environments (gym.py, zoo.py) share."""
+"""Episodes of a group that is driven from outside, a world for each: what environments (gym.py, zoo.py) share.
+
+Each has a seed of its own: that of reset(seed=), or the next of a series that follows from the last one given, and
+before from the scenario's run.seed.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import observations
+from . import _core, observations
 from .world import Group, World
 
 
@@ -18,7 +22,11 @@ class Episodes:
                  most_quanta: int) -> None:
         self._scenario, self._name, self._settings, self._threads = scenario, group, settings or {}, threads
         self._most_quanta = most_quanta
+        if "run.seed" in self._settings:
+            raise _core.LabError(f'settings: found "run.seed" = {self._settings["run.seed"]!r}, but each episode has a '
+                                 "seed of its own: give it to reset(seed=)")
         self.world = self._made({})
+        self._random = np.random.default_rng(self.world.seed)
         self.columns = len(observations.columns(self.group))
         self.low, self.high = observations.limits(self.group, most_quanta)
 
@@ -33,9 +41,13 @@ class Episodes:
     def is_over(self) -> bool:
         return bool(self.world.time_s >= self.world.duration_s)
 
-    def begin(self, seed: int | None, random: np.random.Generator) -> observations.Floats:
-        """A new world, by this seed or one of `random`, and what is observed in it."""
-        self.world = self._made({"run.seed": int(random.integers(1 << 31)) if seed is None else seed})
+    def begin(self, seed: int | None) -> observations.Floats:
+        """A new world, and what is observed in it."""
+        if seed is None:
+            seed = int(self._random.integers(1 << 31))
+        else:
+            self._random = np.random.default_rng(seed)
+        self.world = self._made({"run.seed": seed})
         return self.observe()
 
     def observe(self) -> observations.Floats:

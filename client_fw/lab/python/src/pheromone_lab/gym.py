@@ -6,7 +6,8 @@
 
 An observation has a row for each robot (observations.columns names what is in it), an action a row of left
 and right speed in m/s and quanta to deposit. The reward is the number of loads that were delivered in the
-step. It is truncated at the end of the scenario (duration_s).
+step. It is truncated at the end of the scenario (duration_s). Each episode has a seed of its own (episodes.py): of
+several environments, give each another one.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class SwarmEnv(gymnasium.Env):  # type: ignore[misc]
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         super().reset(seed=seed)
-        return self._episodes.begin(seed, self.np_random), {}
+        return self._episodes.begin(seed), {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         delivered = self._episodes.act(action)

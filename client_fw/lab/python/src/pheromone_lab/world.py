@@ -161,6 +161,8 @@ class World:
         self.extent: tuple[float, float, float, float] = core.extent()
         self.step_s: float = core.step_ms / 1000
         self.duration_s: float = core.duration_ms / 1000
+        #: The scenario's run.seed.
+        self.seed: int = core.seed
         self._driven = [it for it in groups if it.driven]
 
     @property
@@ -251,7 +253,7 @@ class World:
         self._core.fail(robot)
 
     def route(self, start: tuple[float, float], goal: tuple[float, float], clearance_m: float = 0.0) -> Doubles:
-        """The shortest way around the present obstacles (A*), with which path_efficiency compares: a row
-        (x_m, y_m) for each corner, start and goal included. It keeps clearance_m from obstacles where it can.
-        Raises LabError if there is no way."""
+        """The shortest way around the present obstacles, a row (x_m, y_m) for each corner, start and goal
+        included: the A* of path_efficiency, which keeps the largest robot's radius clear and counts from rim to
+        rim. It keeps clearance_m from obstacles where it can. Raises LabError if there is no way."""
         return self._core.route(start, goal, clearance_m)

@@ -7,7 +7,8 @@
 
 Agents are ants_0, ants_1 and so on. Observations and actions are a robot's row of those of gym.SwarmEnv;
 a robot's reward is 1 when it delivers a load. A dict for each robot takes some microseconds a robot and
-step: for more than some thousand robots take gym.SwarmEnv, or World.
+step: for more than some thousand robots take gym.SwarmEnv, or World. Each episode has a seed of its own
+(episodes.py): of several environments, give each another one.
 """
 
 from __future__ import annotations
@@ -33,7 +34,6 @@ class SwarmParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc]
     def __init__(self, scenario: Any, group: str, *, settings: dict[str, Any] | None = None, threads: int = 1,
                  most_quanta: int = 8) -> None:
         self.metadata = {"name": "pheromone_lab"}
-        self._random = np.random.default_rng()
         self._episodes = Episodes(scenario, group, settings, threads, most_quanta)
         self.possible_agents = [f"{group}_{robot}" for robot in range(len(self._episodes.group))]
         self.agents: list[str] = []
@@ -54,9 +54,7 @@ class SwarmParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc]
         return self._spaces[agent][1]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Any]:
-        if seed is not None:
-            self._random = np.random.default_rng(seed)
-        observed = self._episodes.begin(seed, self._random)
+        observed = self._episodes.begin(seed)
         self.agents = list(self.possible_agents)
         return dict(zip(self.agents, observed)), {agent: {} for agent in self.agents}
 
