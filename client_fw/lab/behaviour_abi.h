@@ -78,7 +78,7 @@ struct PheromoneView {
   const int16_t* p_right[kPheromoneSlots];
   uint8_t types[kPheromoneSlots];  ///< which pheromones these are
   size_t slots;                    ///< how many of them
-  const uint8_t* on_map;           ///< 0: the last answer was that its pose is off the map
+  const uint8_t* on_map;           ///< 0: not answered yet, or that its pose is off the map
   const uint8_t* contact;          ///< a PheromoneContact, of its last move
   const uint8_t* site;             ///< where it is: 1 is sites[0]; 0: at no site
   const uint8_t* load;             ///< what it carries: 1: a load of sites[0]; 0: nothing

@@ -1,10 +1,10 @@
 // [map], [antennas].
 #include <algorithm>
-#include <array>
 #include <optional>
 
 #include "server/config/law.h"
 #include "server/config/sections.h"
+#include "server/core/engine/wire_units.h"
 
 namespace pheromone::config {
 namespace {
@@ -12,17 +12,6 @@ namespace {
 constexpr int64_t kUsualBiasUm = 2'000'000;  // at most
 
 constexpr double kMaxHeightM = 100'000;
-
-// The first coordinate of the map that a message cannot represent, if there is one. Robots report
-// their position in pose units, as 16-bit numbers or, in the wide messages, as 32-bit ones.
-std::optional<int64_t> NotAddressable(const field::MapGeometry& map, int64_t unit_um, bool wide) {
-  const int64_t most = (wide ? int64_t{INT32_MAX} : int64_t{INT16_MAX}) * unit_um;
-  const std::array<int64_t, 4> edges = {map.origin.x, map.origin.x + map.width_um, map.origin.y,
-                                        map.origin.y + map.height_um};
-  const auto bad = std::find_if(edges.begin(), edges.end(),
-                                [most](int64_t edge) { return edge < -most || edge > most; });
-  return bad == edges.end() ? std::nullopt : std::optional(*bad);
-}
 
 bool ReadSides(const TableReader& map, field::MapGeometry* geometry) {
   const auto width_um = map.Scaled("width_m", kMetresToUm, 1, field::MapGeometry::kMaxUm);
@@ -83,7 +72,7 @@ bool ReadMap(const Value& root, Notes* notes, Config* config) {
     return has_sides;
   }
   config->engine.pose_unit_10um = static_cast<uint16_t>(*unit);
-  if (const auto edge = NotAddressable(geometry, *unit * 10, *wide)) {
+  if (const auto edge = engine::NotAddressable(geometry, config->engine.pose_unit_10um, *wide)) {
     const std::string unit_mm = FormatScaled(*unit, kMillimetresTo10Um);
     map.Report(*wide ? "pose_unit_mm" : "wide",
                "the map extends to " + FormatScaled(*edge, kMetresToUm) +

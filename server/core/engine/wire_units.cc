@@ -17,6 +17,18 @@ int16_t Scaled(int64_t p, int64_t max) {
 
 }  // namespace
 
+std::optional<int64_t> NotAddressable(const field::MapGeometry& map, uint16_t pose_unit_10um,
+                                      bool wide) {
+  const int64_t reach_um = ToMicrometres(wide ? INT32_MAX : INT16_MAX, pose_unit_10um);
+  for (const int64_t edge :
+       {map.origin.x, map.origin.x + map.width_um, map.origin.y, map.origin.y + map.height_um}) {
+    if (edge < -reach_um || edge > reach_um) {
+      return edge;
+    }
+  }
+  return std::nullopt;
+}
+
 field::PoseUm ToField(const protocol::WirePose& pose, uint16_t pose_unit_10um) {
   return {{ToMicrometres(pose.x, pose_unit_10um), ToMicrometres(pose.y, pose_unit_10um)},
           pose.heading};

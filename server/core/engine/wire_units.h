@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "protocol/messages.h"
 #include "server/core/field/field.h"
@@ -13,13 +14,12 @@ inline int64_t ToMicrometres(int32_t coordinate, uint16_t pose_unit_10um) {
   return int64_t{coordinate} * pose_unit_10um * 10;
 }
 
-/// Whether a point of the map is beyond what 16-bit coordinates reach, 32 767 pose units from
-/// (0, 0).
+/// The first edge of the map, in micrometres, that messages cannot represent, since it is more than
+/// 32 767 pose units from (0, 0), or 2 147 483 647 of the wide messages.
+std::optional<int64_t> NotAddressable(const field::MapGeometry& map, uint16_t pose_unit_10um,
+                                      bool wide);
 inline bool NeedsWide(const field::MapGeometry& map, uint16_t pose_unit_10um) {
-  const int64_t reach_um = ToMicrometres(INT16_MAX, pose_unit_10um);
-  const auto beyond = [reach_um](int64_t um) { return um > reach_um || -um > reach_um; };
-  return beyond(map.origin.x) || beyond(map.origin.y) || beyond(map.origin.x + map.width_um) ||
-         beyond(map.origin.y + map.height_um);
+  return NotAddressable(map, pose_unit_10um, false).has_value();
 }
 
 field::PoseUm ToField(const protocol::WirePose& pose, uint16_t pose_unit_10um);

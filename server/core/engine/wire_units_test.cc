@@ -2,11 +2,32 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <random>
 
 namespace pheromone::engine {
 namespace {
+
+TEST(NotAddressable, IsTheFirstEdgeBeyondWhatCoordinatesReach) {
+  // 32.767 m with pose units of 1 mm.
+  const field::MapGeometry fits = {{-32'767'000, -32'767'000}, 65'534'000, 65'534'000, 1'000};
+  EXPECT_EQ(NotAddressable(fits, 100, false), std::nullopt);
+  EXPECT_FALSE(NeedsWide(fits, 100));
+  for (const field::MapGeometry map : {field::MapGeometry{{-32'767'001, 0}, 1'000, 1'000, 1'000},
+                                       {{-32'768'001, 0}, 32'767'999, 1'000, 1'000},
+                                       {{0, -32'767'001}, 1'000, 1'000, 1'000}}) {
+    EXPECT_EQ(NotAddressable(map, 100, false), std::min(map.origin.x, map.origin.y));
+    EXPECT_TRUE(NeedsWide(map, 100));
+    EXPECT_EQ(NotAddressable(map, 100, true), std::nullopt);
+  }
+  EXPECT_EQ(NotAddressable({{0, 0}, 32'767'001, 1'000, 1'000}, 100, false), 32'767'001);
+  EXPECT_EQ(NotAddressable({{0, 0}, 1'000, 32'767'001, 1'000}, 100, false), 32'767'001);
+  EXPECT_EQ(NotAddressable({{0, 0}, 1'000, int64_t{21'474'836'470}, 1'000}, 1, true), std::nullopt);
+  EXPECT_EQ(NotAddressable({{0, 0}, 1'000, int64_t{21'474'836'471}, 1'000}, 1, true),
+            int64_t{21'474'836'471});
+}
 
 TEST(ToWire, CarriesWhatFitsAsItIs) {
   for (const auto& [left, right] : {std::pair{0, 0}, {32767, -32767}, {1, 32767}, {-4096, 12}}) {

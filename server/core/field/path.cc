@@ -171,6 +171,14 @@ PathPosition Locate(const Path& path, double x_um, double y_um) {
   return best;
 }
 
+size_t NearestPath(std::span<const Path> paths, double x_um, double y_um) {
+  const auto distance_um = [&](const Path& path) { return Locate(path, x_um, y_um).distance_um; };
+  const auto nearest = std::min_element(
+      paths.begin(), paths.end(),
+      [&](const Path& a, const Path& b) { return distance_um(a) < distance_um(b); });
+  return static_cast<size_t>(nearest - paths.begin());
+}
+
 double LengthOf(const Path& path) {
   double length = 0;
   ForEachSide(path,

@@ -6,7 +6,9 @@
 // configuration is read (CirclePoints, SplinePoints), so that the engine's input is in integers.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "server/core/field/geometry.h"
@@ -50,6 +52,9 @@ struct PathPosition {
   double along_um = 0;
 };
 PathPosition Locate(const Path& path, double x_um, double y_um);
+
+/// The index of the path that is nearest to a point, the first of those equally near. Requires one.
+size_t NearestPath(std::span<const Path> paths, double x_um, double y_um);
 
 /// The path's length in micrometres.
 double LengthOf(const Path& path);

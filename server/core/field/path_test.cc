@@ -191,5 +191,15 @@ TEST(Locate, CountsTheClosingSide) {
   EXPECT_DOUBLE_EQ(LengthOf(square), 4'000'000);
 }
 
+TEST(NearestPath, IsTheFirstOfThoseEquallyNear) {
+  const std::vector<Path> paths = {Polyline({{0, 0}, {0, 1'000'000}}),
+                                   Polyline({{2'000'000, 0}, {2'000'000, 1'000'000}}),
+                                   Polyline({{2'000'000, 500'000}})};
+  EXPECT_EQ(NearestPath(paths, 900'000, 500'000), 0u);
+  EXPECT_EQ(NearestPath(paths, 1'000'000, 500'000), 0u);
+  EXPECT_EQ(NearestPath(paths, 1'100'000, 500'000), 1u);
+  EXPECT_EQ(NearestPath({paths.data() + 2, 1}, 0, 0), 0u);
+}
+
 }  // namespace
 }  // namespace pheromone::field

@@ -29,7 +29,7 @@ class Robots:
     x_m, y_m, heading_rad   where they believe to be (radians counter-clockwise from +x)
     p_left, p_right         a tuple of arrays, one for each pheromone that the group senses: what the
                             antennas sense, in 1/4096 (UNIT) of a pheromone unit, as robots receive it
-    on_map                  0: the last answer was that its pose is off the map
+    on_map                  0: not answered yet, or that its pose is off the map
     contact                 what its last move met: NO_CONTACT, ROBOT_CONTACT or WALL_CONTACT
     site                    where it is: 1 is World.sites[0]; 0: at no site
     load                    what it carries: 1: a load of World.sites[0]; 0: nothing
