@@ -11,10 +11,6 @@ namespace {
 
 constexpr char kForgotten[] = "a zone need not be cleaned again";
 
-constexpr uint64_t ZonesBelow(size_t zone) {
-  return (uint64_t{1} << zone) - 1;
-}
-
 // What Explore found, but for the proof that nothing goes on for ever.
 CleaningResult ResultOf(CleaningGraph* graph, bool is_good) {
   CleaningResult result;
@@ -46,7 +42,7 @@ void Refute(CleaningGraph* graph, std::vector<uint32_t> cycle, const std::string
 }
 
 uint64_t OpenZones(const CleaningWorld& world) {
-  return ZonesBelow(world.zones()) & ~world.limits().closed;
+  return world.all_zones() & ~world.limits().closed;
 }
 
 CleaningResult Prove(const CleaningLimits& limits, const CleaningStarts& starts,
@@ -74,12 +70,11 @@ CleaningResult CleanAfter(const CleaningLimits& limits, const CleaningStarts& st
                           const SoilPercents& soil, const SearchLimits& search, bool symmetric) {
   CleaningWorld world(limits);
   world.LimitSoil(soil.below);  // what is not below is all the same
-  CleaningGraph graph(
-      &world,
-      {.key = {.symmetric = symmetric, .soil = true, .leveled = ZonesBelow(world.zones())},
-       .goal_percent = soil.below,
-       .limits = search},
-      StartStates(&world, &starts, std::min(soil.start, soil.below)));
+  CleaningGraph graph(&world,
+                      {.key = {.symmetric = symmetric, .soil = true, .leveled = world.all_zones()},
+                       .goal_percent = soil.below,
+                       .limits = search},
+                      StartStates(&world, &starts, std::min(soil.start, soil.below)));
   CleaningResult result = ResultOf(&graph, graph.Explore());
   if (result.verdict == Verdict::kRefuted) {
     return result;

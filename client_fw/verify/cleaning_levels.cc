@@ -7,10 +7,6 @@ namespace {
 
 constexpr size_t kCheckEvery = size_t{1} << 12;  // steps, limits and progress
 
-KeyParts WithAllLevels(const CleaningWorld& world) {
-  return {.soil = true, .leveled = (uint64_t{1} << world.zones()) - 1};
-}
-
 }  // namespace
 
 LevelSearch::LevelSearch(CleaningWorld* world, const LevelBounds& bounds, const StartStates& starts,
@@ -20,7 +16,7 @@ LevelSearch::LevelSearch(CleaningWorld* world, const LevelBounds& bounds, const 
       starts_(starts),
       limits_(limits),
       keys_(*world, {.soil = true}, starts.soil_percent()),
-      moment_(*world, WithAllLevels(*world), starts.soil_percent()) {}
+      moment_(*world, {.soil = true, .leveled = world->all_zones()}, starts.soil_percent()) {}
 
 bool LevelSearch::Run() {
   highest_.assign(world_->zones(), 0);

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <optional>
 
+#include "client_fw/core/tasks/cleaning.h"
+
 namespace pheromone::verify {
 namespace {
 
@@ -19,94 +21,7 @@ constexpr uint64_t Bit(size_t zone) {
   return uint64_t{1} << zone;
 }
 
-std::string Expected(const char* what, int found, int least, int most) {
-  return std::string(what) + ": found " + std::to_string(found) + ", expected " +
-         std::to_string(least) + " to " + std::to_string(most);
-}
-
-std::string WrongNeighbours(const CleaningNeighbours& floor) {
-  constexpr size_t kMost = client::kMaxVisibleTags - 1;
-  for (size_t zone = 0; zone < floor.size(); ++zone) {
-    const std::string name = "zone " + std::to_string(zone + 1);
-    if (floor[zone].size() > kMost) {
-      return name + ": found " + std::to_string(floor[zone].size()) +
-             " zones beside it, expected at most " + std::to_string(kMost) +
-             ": a robot keeps the " + std::to_string(kMost + 1) + " nearest tags in sight";
-    }
-    uint64_t seen = Bit(zone);
-    for (const uint8_t beside : floor[zone]) {
-      if (beside >= floor.size() || (seen & Bit(beside)) != 0) {
-        return name + ": found zone " + std::to_string(beside + 1) +
-               " beside it, expected different other zones of the floor";
-      }
-      seen |= Bit(beside);
-    }
-  }
-  return "";
-}
-
 }  // namespace
-
-CleaningNeighbours GridNeighbours(int columns, int rows) {
-  CleaningNeighbours floor(static_cast<size_t>(columns) * static_cast<size_t>(rows));
-  for (int column = 0; column < columns; ++column) {
-    for (int row = 0; row < rows; ++row) {
-      const auto add = [&](int c, int r) {
-        if (c >= 0 && c < columns && r >= 0 && r < rows) {
-          floor[static_cast<size_t>(column * rows + row)].push_back(
-              static_cast<uint8_t>(c * rows + r));
-        }
-      };
-      add(column - 1, row);
-      add(column, row - 1);
-      add(column, row + 1);
-      add(column + 1, row);
-    }
-  }
-  return floor;
-}
-
-std::string WhatIsWrong(const CleaningLimits& limits) {
-  constexpr int kZones = kMaxZones;
-  if (limits.neighbours.empty() &&
-      (limits.columns < 1 || limits.rows < 1 || limits.columns > kZones || limits.rows > kZones)) {
-    return "grid: found " + std::to_string(limits.columns) + " x " + std::to_string(limits.rows) +
-           ", expected 1 to " + std::to_string(kZones) + " columns and rows";
-  }
-  const CleaningNeighbours floor = limits.Floor();
-  const auto zones = static_cast<int>(floor.size());
-  struct Range {
-    const char* what;
-    int found;
-    int least;
-    int most;
-  };
-  for (const Range& it :
-       {Range{"zones", zones, 1, kZones},
-        Range{"robots", limits.robots, 1, static_cast<int>(kMaxCleaners)},
-        Range{"crashes", limits.crashes, 0, limits.robots - 1},
-        Range{"longest cleaning", limits.clean_max, 1, kMaxUnits},
-        Range{"shortest cleaning", limits.clean_min, 1, limits.clean_max},
-        Range{"longest move", limits.move_max, 1, kMaxUnits},
-        Range{"shortest move", limits.move_min, 1, limits.move_max},
-        Range{"waiting", limits.wait, 1, kMaxUnits}, Range{"lease", limits.lease, 0, kMaxUnits},
-        Range{"soiling step", limits.soiling_step, 1, kMaxUnits},
-        Range{"asks", limits.asks, 0, 15}}) {
-    if (it.found < it.least || it.found > it.most) {
-      return Expected(it.what, it.found, it.least, it.most);
-    }
-  }
-  if (!limits.rates_percent.empty() && limits.rates_percent.size() != floor.size()) {
-    return "soiling rates: found " + std::to_string(limits.rates_percent.size()) +
-           ", expected one for each of " + std::to_string(zones) + " zones";
-  }
-  for (const int rate : limits.rates_percent) {
-    if (rate < 0 || rate > kFullPercent) {
-      return Expected("soiling rate in %", rate, 0, kFullPercent);
-    }
-  }
-  return WrongNeighbours(floor);
-}
 
 CleaningWorld::CleaningWorld(const CleaningLimits& limits)
     : limits_(limits),
@@ -121,11 +36,7 @@ CleaningWorld::CleaningWorld(const CleaningLimits& limits)
       in_sight_[zone] |= Bit(beside);
     }
   }
-  for (size_t from = 0; from < zones_; ++from) {
-    for (size_t zone = 0; zone < zones_; ++zone) {
-      compared_[zone] |= (in_sight_[from] >> zone & 1) != 0 ? in_sight_[from] & ~Bit(zone) : 0;
-    }
-  }
+  compared_ = ComparedZones(in_sight_);
 }
 
 CleaningState CleaningWorld::Start(const std::vector<uint8_t>& robots_in) const {
@@ -555,57 +466,8 @@ void CleaningWorld::Tidy(CleaningState* state) const {
                : static_cast<uint8_t>(std::popcount(used & (Bit(rank) - 1)));
   }
   if (limits_.reduced && !limits_.passers_by) {
-    RankBySight((Bit(zones_) - 1) & ~(ForgetsOccupied() ? occupied : 0), state);
-  }
-}
-
-// Robots compare time stamps of zones that they see at the same time, and of others never. So of
-// the order of all stamps only that part counts, now and, since a new stamp is newer than all,
-// later. Of all orders that agree in it, this is the one with the least ranks. Stamps of the
-// present time keep one rank, as long as more of them may come.
-void CleaningWorld::RankBySight(uint64_t free, CleaningState* state) const {
-  const auto each = [](uint64_t zones, const auto& visit) {
-    for (; zones != 0; zones &= zones - 1) {
-      visit(static_cast<size_t>(std::countr_zero(zones)));
-    }
-  };
-  std::array<uint64_t, kMaxZones> of_rank{};
-  uint8_t newest = 0;
-  each(free, [&](size_t zone) {
-    of_rank[state->rank[zone]] |= Bit(zone);
-    newest = std::max(newest, state->rank[zone]);
-  });
-  std::array<uint64_t, kMaxZones> ranked{};  // those of each new rank
-  uint8_t ranks = 0;
-  for (size_t rank = 0; rank <= newest; ++rank) {
-    const uint64_t equal = of_rank[rank];
-    if (rank == newest && state->is_newest_now) {
-      each(equal, [&](size_t zone) { state->rank[zone] = ranks; });
-      break;
-    }
-    each(equal, [&](size_t zone) {
-      uint8_t least = ranks;
-      while (least > 0 && (compared_[zone] & ranked[least - 1u]) == 0) {
-        --least;
-      }
-      state->rank[zone] = least;
-    });
-    // Equals that are compared, some of them by way of others, stay equal.
-    for (bool is_changed = !std::has_single_bit(equal); is_changed;) {
-      is_changed = false;
-      each(equal, [&](size_t zone) {
-        each(compared_[zone] & equal, [&](size_t other) {
-          if (state->rank[other] > state->rank[zone]) {
-            state->rank[zone] = state->rank[other];
-            is_changed = true;
-          }
-        });
-      });
-    }
-    each(equal, [&](size_t zone) {
-      ranked[state->rank[zone]] |= Bit(zone);
-      ranks = std::max(ranks, static_cast<uint8_t>(state->rank[zone] + 1));
-    });
+    RankBySight(compared_, all_zones() & ~(ForgetsOccupied() ? occupied : 0), state->is_newest_now,
+                &state->rank);
   }
 }
 

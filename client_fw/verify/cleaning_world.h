@@ -11,7 +11,7 @@
 // state has something due; it is in the paper's units.
 //
 // The paper leaves open how long cleaning, moving and waiting take, what happens between equal time
-// stamps and where robots start: the limits below say it, or all possibilities are explored.
+// stamps and where robots start: CleaningLimits say it, or all possibilities are explored.
 #pragma once
 
 #include <algorithm>
@@ -22,61 +22,13 @@
 #include <string>
 #include <vector>
 
-#include "client_fw/core/tasks/cleaning.h"
+#include "client_fw/verify/cleaning_limits.h"
+#include "client_fw/verify/cleaning_stamps.h"
 #include "client_fw/verify/cleaning_tag.h"
 
 namespace pheromone::verify {
 
-constexpr size_t kMaxZones = 62;   ///< their ranks, and a new one, are bits of a word
-constexpr int kSoilingStep = 15;   ///< the paper's time_step
-constexpr int kFullPercent = 100;  ///< it does not become dirtier
-constexpr int kMaxUnits = 250;     ///< of all times below
 constexpr uint8_t kNoSoiling = 255;
-
-/// By zone, those beside it: a robot there sees their tags, and goes there in one move.
-using CleaningNeighbours = std::vector<std::vector<uint8_t>>;
-
-/// Of a grid: the four zones beside each, in the order in which a robot sees them. Zones are
-/// numbered from 0, column by column, from the bottom up.
-CleaningNeighbours GridNeighbours(int columns, int rows);
-
-/// What is explored.
-struct CleaningLimits {
-  int columns = 4;
-  int rows = 3;
-  int robots = 2;
-  int clean_min = 5;  ///< how long cleaning a zone takes
-  int clean_max = 5;
-  int move_min = 1;  ///< and moving to a zone beside
-  int move_max = 1;
-  int wait = 1;     ///< after which a robot looks again when all zones in sight are occupied
-  int lease = 16;   ///< of the sign "occupied"; 0: it has none
-  int crashes = 0;  ///< robots that may break down, cleaning or not
-  bool passers_by = false;  ///< write on tags as much as they like
-  uint64_t closed = 0;      ///< zones from which an operator's sign keeps robots away, as bits
-  int asks = 0;  ///< how often an operator may write that a zone is to be cleaned again; at most 15
-  /// Whether a robot claims its zone in the step in which it decided to. Else others may act
-  /// between reading a tag and writing on it.
-  bool claims_at_once = false;
-  /// Seeded faults, beside a lease of 0 or one shorter than cleaning takes.
-  bool moves_between_equals = false;    ///< a robot's own zone does not win ties
-  bool claims_unconditionally = false;  ///< writes without naming what it has read
-  bool asks_for_ever = false;           ///< that a zone was cleaned since does not count
-  /// Not empty: the floor, which is then no grid of `columns` and `rows`.
-  CleaningNeighbours neighbours{};
-  std::vector<int> rates_percent{};  ///< by zone, of soil in each step; empty: there is none
-  int soiling_step = kSoilingStep;   ///< time after which zones become dirtier, again and again
-  /// Of steps that are due at the same time, only those orders that may differ in what they lead
-  /// to (see ToExplore), and of time stamps only what robots can compare (see RankBySight).
-  bool reduced = false;
-
-  CleaningNeighbours Floor() const {
-    return neighbours.empty() ? GridNeighbours(columns, rows) : neighbours;
-  }
-};
-
-/// Empty, or what cannot be explored: the value, and what was expected.
-std::string WhatIsWrong(const CleaningLimits& limits);
 
 enum class CleanerPhase : uint8_t {
   kDeciding,  ///< in `timer`, when it has arrived or waited
@@ -99,8 +51,7 @@ struct Cleaner {
 };
 
 struct CleaningState {
-  /// Of each zone's last time stamp, among all: 0 is the oldest, equals are equal.
-  std::array<uint8_t, kMaxZones> rank{};
+  StampRanks rank{};
   std::array<uint8_t, kMaxZones> level{};  ///< of soil in %, if it is explored
   std::array<Cleaner, kMaxCleaners> cleaners{};
   bool is_newest_now = false;  ///< the newest time stamp is the present time
@@ -142,6 +93,7 @@ class CleaningWorld {
 
   const CleaningLimits& limits() const { return limits_; }
   uint8_t zones() const { return static_cast<uint8_t>(zones_); }
+  uint64_t all_zones() const { return (uint64_t{1} << zones_) - 1; }  ///< as bits
   const std::vector<uint8_t>& neighbours(size_t zone) const { return neighbours_[zone]; }
 
   /// Robots about to decide in these zones, all zones cleaned at the same time.
@@ -205,15 +157,13 @@ class CleaningWorld {
   void Visit(CleaningAction action, size_t robot, size_t zone, CleaningState state);
   // Numbers ranks from 0 again, and forgets what no longer matters.
   void Tidy(CleaningState* state) const;
-  void RankBySight(uint64_t free, CleaningState* state) const;
 
   CleaningLimits limits_;
   size_t zones_;
   size_t robots_;
   CleaningNeighbours neighbours_;
-  std::array<uint64_t, kMaxZones> in_sight_{};  // of a zone: itself and those beside it, as bits
-  // Of a zone: those that some robot sees together with it, as bits.
-  std::array<uint64_t, kMaxZones> compared_{};
+  ZoneSets in_sight_{};  // itself and those beside it
+  ZoneSets compared_{};
   int full_percent_ = kFullPercent;
   CleaningTag tag_;
   // Of the current Next.

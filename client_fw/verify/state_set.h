@@ -53,7 +53,8 @@ class BasicStateSet {
  public:
   static constexpr size_t kMaxStates = std::numeric_limits<uint32_t>::max() - 1;
 
-  explicit BasicStateSet(size_t words) : words_(words), keys_(words), places_(std::min(kChunk, kFirstPlaces), kNone) {}
+  explicit BasicStateSet(size_t words)
+      : words_(words), keys_(words), places_(std::min(kChunk, kFirstPlaces), kNone) {}
 
   size_t size() const { return keys_.size(); }
   size_t bytes() const { return keys_.bytes() + places_.size() * sizeof(uint32_t); }

@@ -7,7 +7,6 @@
 import contextlib
 import csv
 import gc
-import importlib.util
 import io
 import math
 import os
@@ -18,33 +17,23 @@ import sys
 import tempfile
 import threading
 import time
-import types
 import unittest
 import warnings
 import weakref
-from unittest import mock
 
 sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[2]
 BIN = pathlib.Path()
+sys.path.insert(0, str(HERE / "testing"))
+
+import scenarios  # noqa: E402  (after the path)
+from scenarios import apart, small  # noqa: E402
+
 INSTALLED = "PHEROMONE_LAB_TEST_IS_INSTALLED"
 if INSTALLED in os.environ:
     import numpy as np
     import pheromone_lab as lab
-
-TRAIL = {"type": 1, "name": "trail", "core_m": 0.1, "sigma_m": 0.4, "tau_s": 0.0, "quantum": 0.125, "maximum": 1.0,
-         "directional": True}
-MAP = {"map": {"width_m": 10.0, "height_m": 10.0, "cell_m": 0.1}, "antennas": {"bias_m": 0.33}}
-
-
-def small(*groups, **more):
-    return {**MAP, "pheromone": [TRAIL, {**TRAIL, "type": 2, "name": "home"}], "robots": list(groups), **more}
-
-
-def apart(count, name="ants", y=1.0, **more):
-    """So many robots, a metre from each other, that head along +x."""
-    return {"name": name, "starts": [[1.0 + i, y, 0.0] for i in range(count)], "radius_m": 0.1, **more}
 
 
 def driven(count=3, **more):
@@ -362,25 +351,14 @@ class ThreadsTest(unittest.TestCase):
 
 class SameTest(unittest.TestCase):
     """The same scenario has the same hash, whoever runs it."""
-    LIVELY = {
-        "run": {"duration_s": 60, "seed": 5}, **MAP,
-        "pheromone": [{**TRAIL, "tau_s": 20.0}, {**TRAIL, "type": 2, "name": "home", "tau_s": 40.0}],
-        "site": [{"name": "nest", "kind": "nest", "at_m": [2.0, 2.0], "radius_m": 1.0},
-                 {"name": "food", "kind": "food", "at_m": [6.0, 3.0], "radius_m": 0.7, "amount": 5, "refill_s": 4.0}],
-        "wall": [{"name": "gate", "points_m": [[4.0, 0.0], [4.0, 5.0]], "thickness_m": 0.2}],
-        "event": [{"at_s": 10.0, "wall": "gate", "open": True}, {"at_s": 30.0, "site": "food", "to_m": [7.0, 7.0]},
-                  {"at_s": 40.0, "robots": "ants", "fail": 0.2}, {"at_s": 60.0, "robots": "ants", "fail": 1.0}],
-        "robots": [{"name": "ants", "behaviour": "forage", "count": 60, "radius_m": 0.1, "slip": 0.05,
-                    "odometry_noise": 0.02, "fix_period_s": 2.0, "fix_sigma_m": 0.05},
-                   {"name": "wanderers", "behaviour": "explore", "count": 10, "radius_m": 0.2}]}
 
     def test_pheromone_swarm_has_the_same_hash_and_measures(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "lively.toml"
-            path.write_text(lab.to_toml(self.LIVELY))
+            path.write_text(lab.to_toml(scenarios.LIVELY))
             row = swarm_row(path, folder)
             for threads in (1, 2):
-                for scenario in (self.LIVELY, path):
+                for scenario in (scenarios.LIVELY, path):
                     world = lab.World(scenario, threads=threads)
                     self.assertIsNone(world.result())
                     world.run()
@@ -435,222 +413,6 @@ def swarm_row(path, folder):
     return row
 
 
-class EnvironmentsTest(unittest.TestCase):
-    SCENARIO = SameTest.LIVELY
-
-    def made(self):
-        from pheromone_lab import observations
-        world = lab.World(self.SCENARIO, drive="ants")
-        return observations, world, world.groups["ants"]
-
-    def test_a_robot_is_a_row(self):
-        observations, world, ants = self.made()
-        seen = observations.observe(world, ants)
-        names = observations.columns(ants)
-        self.assertEqual((seen.shape, seen.dtype), ((60, len(names)), np.float32))
-        np.testing.assert_allclose(seen[:, names.index("x_m")], ants.x_m, rtol=1e-6)
-        self.assertTrue((np.abs(seen[:, names.index("heading_rad")]) <= np.float32(math.pi)).all())
-        delivered = observations.act(world, ants, np.tile([9.0, 9.0, 9.0], (60, 1)), 2)  # as fast as can be
-        self.assertEqual((delivered.sum(), world.steps), (0, 1))
-        self.assertEqual(np.nanmax(world.levels("trail")), 0.25)
-
-    def test_wrong_actions_are_refused_by_robot(self):
-        observations, world, ants = self.made()
-        with self.assertRaisesRegex(lab.LabError, r"found shape \(60, 2\), expected \(60, 3\)"):
-            observations.act(world, ants, np.zeros((60, 2)), 8)
-        actions = np.zeros((60, 3))
-        actions[4][1] = math.nan
-        with self.assertRaisesRegex(lab.LabError, r'robot 5 of group "ants", step 0: actions: found \[0.0, nan, 0.0\]'):
-            observations.act(world, ants, actions, 8)
-
-    def test_what_is_missing_is_told(self):
-        for module, name in (("pheromone_lab.gym", "gymnasium"), ("pheromone_lab.zoo", "pettingzoo")):
-            with mock.patch.dict(sys.modules, {"gymnasium": None, "pettingzoo": None}), \
-                    self.assertRaisesRegex(ImportError, f"pip install {name}"):
-                sys.modules.pop(module, None)
-                importlib.import_module(module)
-
-    # Those who have the libraries get their own checks.
-    @unittest.skipUnless(importlib.util.find_spec("gymnasium"), "Debian 12 has no Gymnasium")
-    def test_gymnasium_accepts_it(self):
-        from gymnasium.utils.env_checker import check_env
-        from pheromone_lab.gym import SwarmEnv
-        check_env(SwarmEnv(self.SCENARIO, "ants"), skip_render_check=True)
-
-    @unittest.skipUnless(importlib.util.find_spec("pettingzoo"), "Debian 12 has no PettingZoo")
-    def test_pettingzoo_accepts_it(self):
-        from pettingzoo.test import parallel_api_test
-        from pheromone_lab.zoo import SwarmParallelEnv
-        parallel_api_test(SwarmParallelEnv(self.SCENARIO, "ants"), num_cycles=400)
-
-    def with_stand_ins(self, module):
-        """The module, with as much of the two libraries as it uses."""
-        class Box:
-            def __init__(self, low, high, shape=None):
-                self.shape = np.shape(low) if shape is None else shape
-                self.low, self.high = np.broadcast_to(low, self.shape), np.broadcast_to(high, self.shape)
-
-        class Env:
-            np_random = np.random.default_rng(1)
-
-            def reset(self, *, seed=None, options=None):
-                pass
-        stand_ins = {"gymnasium": types.SimpleNamespace(Env=Env, spaces=types.SimpleNamespace(Box=Box)),
-                     "pettingzoo": types.SimpleNamespace(ParallelEnv=object)}
-        with mock.patch.dict(sys.modules, stand_ins):
-            sys.modules.pop(module, None)
-            return importlib.import_module(module)
-
-    def fits(self, space, value):
-        self.assertEqual((space.shape, np.float32), (value.shape, value.dtype))
-        self.assertTrue(((space.low <= value) & (value <= space.high)).all())
-
-    def test_an_episode_of_one_environment(self):
-        env = self.with_stand_ins("pheromone_lab.gym").SwarmEnv(self.SCENARIO, "ants", settings={"run.duration_s": 1.0})
-        self.assertEqual(env.action_space.shape, (60, 3))
-        first, _ = env.reset(seed=3)
-        again, _ = env.reset(seed=3)
-        other, _ = env.reset(seed=4)
-        self.fits(env.observation_space, first)
-        np.testing.assert_array_equal(first, again)
-        self.assertTrue((first != other).any())
-        self.assertTrue((env.reset()[0] != env.reset()[0]).any(), "each episode begins alike")
-        for step in range(5):
-            seen, reward, terminated, truncated, _ = env.step(env.action_space.high)
-            self.fits(env.observation_space, seen)
-            self.assertEqual((reward, terminated, truncated), (0, False, step == 4))
-
-    def test_episodes_without_a_seed_follow_from_the_scenarios(self):
-        gym, zoo = self.with_stand_ins("pheromone_lab.gym"), self.with_stand_ins("pheromone_lab.zoo")
-        for made in (gym.SwarmEnv, zoo.SwarmParallelEnv):
-            def begins(seed, made=made):
-                env = made({**self.SCENARIO, "run": {"duration_s": 1, "seed": seed}}, "ants")
-                return [env.reset() and env.world.hash() for _ in range(2)]
-            self.assertEqual(begins(5), begins(5))
-            self.assertEqual(len({*begins(5), *begins(6)}), 4)
-            with self.assertRaisesRegex(lab.LabError, r'settings: found "run.seed" = 3, .*reset\(seed=\)'):
-                made(self.SCENARIO, "ants", settings={"run.seed": 3})
-
-    def test_an_episode_of_many_agents(self):
-        env = self.with_stand_ins("pheromone_lab.zoo").SwarmParallelEnv(self.SCENARIO, "ants",
-                                                                        settings={"run.duration_s": 1.0})
-        seen, infos = env.reset(seed=3)
-        self.assertEqual((len(seen), list(seen), list(infos)), (60, env.possible_agents, env.agents))
-        self.fits(env.observation_space("ants_59"), seen["ants_59"])
-        self.assertIs(env.action_space("ants_0"), env.action_space("ants_0"))
-        for step in range(5):
-            told = env.step({agent: env.action_space(agent).low for agent in env.agents})
-            self.assertEqual([list(it) for it in told], [env.possible_agents] * 5)
-            self.assertEqual((set(told[2].values()), set(told[3].values())), ({False}, {step == 4}))
-        self.assertEqual(env.agents, [])
-
-    def test_who_delivers_is_rewarded(self):
-        env = self.with_stand_ins("pheromone_lab.gym").SwarmEnv(small(apart(2, y=2.0), site=[
-            {"name": "food", "kind": "food", "at_m": [1.0, 2.0], "radius_m": 0.4},
-            {"name": "nest", "kind": "nest", "at_m": [1.0, 2.4], "radius_m": 0.3}]), "ants")
-        env.reset()
-        stay = np.zeros((2, 3), np.float32)
-        env.step(stay)
-        self.assertEqual(env.world.groups["ants"].load.tolist(), [1, 0])
-        env.world.move_site("food", 8.0, 8.0)
-        env.world.move_site("nest", 1.0, 2.0)
-        env.step(stay)
-        self.assertEqual(env.step(stay)[1], 1)
-        self.assertEqual((env.step(stay)[1], env.world.measures()["deliveries"]), (0, 1))
-
-
-class ExperimentsTest(unittest.TestCase):
-    """Those of client_fw/experiments that are in Python."""
-
-    @classmethod
-    def setUpClass(cls):
-        experiments = ROOT / "client_fw" / "experiments"
-        sys.path[:0] = [str(experiments), *(str(experiments / name) for name in ("arms", "maze"))]
-        global arms, maze, road_ants
-        import arms
-        import maze
-        import road_ants
-
-    def test_ants_choose_roads_in_proportion_to_the_square(self):
-        looks = road_ants.Looks(30_000, 3)
-        looks.seen[:] = (0.2, 0.6, 5.0)
-        is_open = np.array([True, True, False])  # of the third, whatever is seen there
-        roads = looks.choose((np.arange(30_000) + 0.5) / 30_000, np.arange(30_000), is_open)
-        np.testing.assert_array_equal(np.bincount(roads), [6_000, 24_000])  # 0.4^2 : 0.8^2
-        self.assertTrue(np.isnan(looks.seen).all())
-
-    def test_branches_have_their_lengths_and_do_not_cross(self):
-        for count in range(2, 6):
-            corners = list(arms.branches(count))
-            lengths = [np.hypot(*np.diff(branch, axis=0).T).sum() for branch in corners]
-            np.testing.assert_allclose(lengths, np.linspace(6.6, 13.2, count))
-            # From the outermost on one side to that on the other, at the stub and in the middle.
-            sides = [[branch[1][1], branch[2][1]] for branch in corners]
-            for one, other in zip(sorted(sides), sorted(sides)[1:]):
-                self.assertTrue((np.array(one) < other).all())
-
-    def test_each_choice_at_the_nest_is_counted(self):
-        # While the short branch is closed, only the long one brings ants home with a trail.
-        with mock.patch.multiple(arms, BRIDGES=2, TILES_A_ROW=4, DURATION_S={"late": 600}):
-            choices = arms.simulate(2, "late")
-        self.assertEqual(choices.shape, (4, 4, 2, 2))
-        short, long = choices[-1].sum(axis=(0, 1))
-        self.assertGreater(long, 2 * short)
-        # Ten ants, at 0.3 m/s: 13.2 m a way and some turns, or 3.3 m to the wall.
-        of_bridge = choices[1:].sum(axis=(0, 3))
-        least, most = (10 * 450 / trip_s for trip_s in (2 * 13.2 / 0.3 + 40, 2 * 3.3 / 0.3))
-        self.assertTrue(((of_bridge >= least) & (of_bridge <= most)).all(), of_bridge)
-
-    def test_ants_that_a_wall_cuts_off_come_home_by_another_branch(self):
-        with mock.patch.multiple(arms, BRIDGES=4, TILES_A_ROW=4, EVENTS={"again": [(150, False)]},
-                                 DURATION_S={"again": 750}):
-            choices = arms.simulate(3, "again")
-        of_bridge = choices[2:].sum(axis=(0, 3))
-        self.assertTrue((of_bridge >= 10 * 450 / (2 * 13.2 / 0.3 + 60)).all(), of_bridge)
-
-    def test_the_maze_is_the_drawn_one(self):
-        for gate_open, shortest in ((True, 10), (False, 18)):
-            ways = maze.openings(gate_open)
-            neighbours = np.zeros((36, 36), int)
-            for cell, direction in zip(*np.nonzero(ways)):
-                neighbours[cell, cell + maze.STEPS[direction] @ (1, 6)] = 1
-            np.testing.assert_array_equal(neighbours, neighbours.T)
-            reached, steps = np.eye(36, dtype=int)[0], 0
-            while not reached[35]:
-                reached, steps = np.minimum(1, reached + reached @ neighbours), steps + 1
-            self.assertEqual(steps, shortest)
-
-    def test_ants_find_the_goal_and_keep_out_of_walls(self):
-        with mock.patch.object(maze, "ROBOTS", 4):
-            tiles = np.array([(0.5, 0.5), (7.5, 0.5)])
-            world = lab.World(maze.scenario(200, tiles), drive="ants")
-            ants = maze.Ants([maze.CONSTANT, maze.SCALED], tiles)
-            ways = maze.openings(True)
-            while world.time_s < 600:
-                world.step(**ants.decide(world.groups["ants"], world.steps, ways))
-        self.assertEqual(world.measures()["wall_contacts_per_robot_hour"], 0)
-        cells = np.concatenate([found for _, _, found in ants.found])
-        self.assertGreater(len(cells), 4)
-        self.assertTrue((cells >= 10).all())
-        for robot in range(8):  # a path is from cell to cell, without loops
-            path = ants.path[robot, :ants.last[robot] + 1]
-            self.assertEqual(len(set(path)), len(path))
-            self.assertTrue(all(abs(a % 6 - b % 6) + abs(a // 6 - b // 6) == 1 for a, b in zip(path, path[1:])))
-
-    def test_an_ant_that_the_gate_stops_on_its_way_home_looks_in_the_middle_of_a_cell(self):
-        with mock.patch.multiple(maze, CLOSES_S=300, OPENS_S=600):
-            tiles = np.array([(0.5, 0.5), (7.5, 0.5)])
-            world = lab.World(maze.scenario(200, tiles), drive="ants")
-            ants = maze.Ants([maze.CONSTANT, maze.SCALED], tiles)
-            robots, stopped = world.groups["ants"], 0
-            while world.time_s < 600:
-                stopped += ((robots.contact == lab.WALL_CONTACT) & (ants.state == maze.BACK)).sum()
-                world.step(**ants.decide(robots, world.steps, maze.openings(world.time_s < 300)))
-                aside = np.hypot((robots.x_m - 0.5) % 1 - 0.5, (robots.y_m - 0.5) % 1 - 0.5)
-                self.assertTrue((aside[ants.state == maze.LOOK] < 0.1).all(), world.time_s)
-        self.assertGreater(stopped, 0)
-
-
 class PackageTest(unittest.TestCase):
     def test_everything_has_types_that_are_right(self):
         with tempfile.TemporaryDirectory() as cache:
@@ -664,7 +426,7 @@ class PackageTest(unittest.TestCase):
 
     def test_a_scenario_of_python_is_the_same_in_toml(self):
         import tomllib
-        scenario = {**SameTest.LIVELY, "robots": [{"name": 'a "quoted" \\ name\n', "count": 3, "on": True, "a.key": "é\x7f",
+        scenario = {**scenarios.LIVELY, "robots": [{"name": 'a "quoted" \\ name\n', "count": 3, "on": True, "a.key": "é\x7f",
                                                    "numbers": [1, 2.5, 1e-7], "parameters": {"a": 1.0}}]}
         self.assertEqual(tomllib.loads(lab.to_toml(scenario)), scenario)
         self.assertEqual(tomllib.loads(lab.to_toml({"a": {"b": np.float32(0.5), "c": np.arange(2)}})),

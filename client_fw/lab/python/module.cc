@@ -259,7 +259,8 @@ py::array_t<double> Route(Simulation& simulation, std::pair<double, double> star
   const field::PointUm to = point("goal", goal);
   const auto route = [&] {
     const py::gil_scoped_release others_run;
-    return field::FindRoute(config.map, config.obstacles, from, to, std::llround(clearance_m * 1e6));
+    return field::FindRoute(config.map, config.obstacles, from, to,
+                            std::llround(clearance_m * 1e6));
   }();
   if (!route.ok()) {
     throw LabError("route: " + route.error());

@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""The experiments whose robots are in Python, in the lab.
+
+    lab_experiments_test.py BUILD_DIR [UNITTEST ARGUMENT...]
+"""
+
+import pathlib
+import sys
+import unittest
+from unittest import mock
+
+import numpy as np
+
+sys.dont_write_bytecode = True
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = map(str, (HERE, HERE / "arms", HERE / "maze", HERE.parent / "lab/python/testing"))
+
+import built  # noqa: E402  (after the path)
+
+lab = built.load(sys.argv.pop(1))
+
+import arms  # noqa: E402  (after pheromone_lab)
+import maze  # noqa: E402
+import road_ants  # noqa: E402
+
+
+class ExperimentsTest(unittest.TestCase):
+    def test_ants_choose_roads_in_proportion_to_the_square(self):
+        looks = road_ants.Looks(30_000, 3)
+        looks.seen[:] = (0.2, 0.6, 5.0)
+        is_open = np.array([True, True, False])  # of the third, whatever is seen there
+        roads = looks.choose((np.arange(30_000) + 0.5) / 30_000, np.arange(30_000), is_open)
+        np.testing.assert_array_equal(np.bincount(roads), [6_000, 24_000])  # 0.4^2 : 0.8^2
+        self.assertTrue(np.isnan(looks.seen).all())
+
+    def test_branches_have_their_lengths_and_do_not_cross(self):
+        for count in range(2, 6):
+            corners = list(arms.branches(count))
+            lengths = [np.hypot(*np.diff(branch, axis=0).T).sum() for branch in corners]
+            np.testing.assert_allclose(lengths, np.linspace(6.6, 13.2, count))
+            # From the outermost on one side to that on the other, at the stub and in the middle.
+            sides = [[branch[1][1], branch[2][1]] for branch in corners]
+            for one, other in zip(sorted(sides), sorted(sides)[1:]):
+                self.assertTrue((np.array(one) < other).all())
+
+    def test_each_choice_at_the_nest_is_counted(self):
+        # While the short branch is closed, only the long one brings ants home with a trail.
+        with mock.patch.multiple(arms, BRIDGES=2, TILES_A_ROW=4, DURATION_S={"late": 600}):
+            choices = arms.simulate(2, "late")
+        self.assertEqual(choices.shape, (4, 4, 2, 2))
+        short, long = choices[-1].sum(axis=(0, 1))
+        self.assertGreater(long, 2 * short)
+        # Ten ants, at 0.3 m/s: 13.2 m a way and some turns, or 3.3 m to the wall.
+        of_bridge = choices[1:].sum(axis=(0, 3))
+        least, most = (10 * 450 / trip_s for trip_s in (2 * 13.2 / 0.3 + 40, 2 * 3.3 / 0.3))
+        self.assertTrue(((of_bridge >= least) & (of_bridge <= most)).all(), of_bridge)
+
+    def test_ants_that_a_wall_cuts_off_come_home_by_another_branch(self):
+        with mock.patch.multiple(arms, BRIDGES=4, TILES_A_ROW=4, EVENTS={"again": [(150, False)]},
+                                 DURATION_S={"again": 750}):
+            choices = arms.simulate(3, "again")
+        of_bridge = choices[2:].sum(axis=(0, 3))
+        self.assertTrue((of_bridge >= 10 * 450 / (2 * 13.2 / 0.3 + 60)).all(), of_bridge)
+
+    def test_the_maze_is_the_drawn_one(self):
+        for gate_open, shortest in ((True, 10), (False, 18)):
+            ways = maze.openings(gate_open)
+            neighbours = np.zeros((36, 36), int)
+            for cell, direction in zip(*np.nonzero(ways)):
+                neighbours[cell, cell + maze.STEPS[direction] @ (1, 6)] = 1
+            np.testing.assert_array_equal(neighbours, neighbours.T)
+            reached, steps = np.eye(36, dtype=int)[0], 0
+            while not reached[35]:
+                reached, steps = np.minimum(1, reached + reached @ neighbours), steps + 1
+            self.assertEqual(steps, shortest)
+
+    def test_ants_find_the_goal_and_keep_out_of_walls(self):
+        with mock.patch.object(maze, "ROBOTS", 4):
+            tiles = np.array([(0.5, 0.5), (7.5, 0.5)])
+            world = lab.World(maze.scenario(200, tiles), drive="ants")
+            ants = maze.Ants([maze.CONSTANT, maze.SCALED], tiles)
+            ways = maze.openings(True)
+            while world.time_s < 600:
+                world.step(**ants.decide(world.groups["ants"], world.steps, ways))
+        self.assertEqual(world.measures()["wall_contacts_per_robot_hour"], 0)
+        cells = np.concatenate([found for _, _, found in ants.found])
+        self.assertGreater(len(cells), 4)
+        self.assertTrue((cells >= 10).all())
+        for robot in range(8):  # a path is from cell to cell, without loops
+            path = ants.path[robot, :ants.last[robot] + 1]
+            self.assertEqual(len(set(path)), len(path))
+            self.assertTrue(all(abs(a % 6 - b % 6) + abs(a // 6 - b // 6) == 1 for a, b in zip(path, path[1:])))
+
+    def test_an_ant_that_the_gate_stops_on_its_way_home_looks_in_the_middle_of_a_cell(self):
+        with mock.patch.multiple(maze, CLOSES_S=300, OPENS_S=600):
+            tiles = np.array([(0.5, 0.5), (7.5, 0.5)])
+            world = lab.World(maze.scenario(200, tiles), drive="ants")
+            ants = maze.Ants([maze.CONSTANT, maze.SCALED], tiles)
+            robots, stopped = world.groups["ants"], 0
+            while world.time_s < 600:
+                stopped += ((robots.contact == lab.WALL_CONTACT) & (ants.state == maze.BACK)).sum()
+                world.step(**ants.decide(robots, world.steps, maze.openings(world.time_s < 300)))
+                aside = np.hypot((robots.x_m - 0.5) % 1 - 0.5, (robots.y_m - 0.5) % 1 - 0.5)
+                self.assertTrue((aside[ants.state == maze.LOOK] < 0.1).all(), world.time_s)
+        self.assertGreater(stopped, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
