@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -86,6 +87,16 @@ TEST(Firmware, TracesAreLaidOnTheEnginesField) {
   EXPECT_GE(swarm.firmware->service().counters().changes, laid);
   swarm.firmware->service().Inspect([&](const engine::Engine& engine) {
     EXPECT_GT(engine.field().node_count(), swarm.world->field().node_count());
+  });
+}
+
+// T_t and D_s 2 ms: the window is 2 T_t + D_s and two bytes of 10 bits.
+TEST(Firmware, ItsChannelIsTheOneOnWhichRoundsWereMeasured) {
+  Swarm swarm = Make(1, {}, false);
+  swarm.firmware->service().Inspect([](const engine::Engine& engine) {
+    ASSERT_EQ(engine.config().links.size(), 1u);
+    EXPECT_EQ(engine.config().links[0].slot_ms, 2);
+    EXPECT_EQ(engine.config().links[0].response_window_ms, std::ceil(6 + 2 * 10 / 9.6));
   });
 }
 
