@@ -124,6 +124,17 @@ class ClientsManualTest(unittest.TestCase):
             rows = (pathlib.Path(folder) / "channel.csv").read_text().splitlines()
             self.assertGreaterEqual(len(rows), 3, lines)  # the head, and all rows but the last
 
+    def test_a_table_of_the_link_that_is_cut_off_leaves_the_one_that_was_there(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder) / "rounds.csv"
+            table.write_text("whole\n")
+            with subprocess.Popen([BIN_DIR / "pheromone-experiments", "channel", "--seeds", "1",
+                                   "--seconds", "2", "--link-table", table], text=True,
+                                  stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as run:
+                lines = [run.stdout.readline() for _ in range(4)]
+                run.kill()
+            self.assertEqual(table.read_text(), "whole\n", lines)
+
 
 if __name__ == "__main__":
     BIN_DIR = pathlib.Path(sys.argv.pop()).resolve()

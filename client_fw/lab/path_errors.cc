@@ -7,20 +7,13 @@ namespace {
 
 constexpr uint64_t kBetweenLooksMs = 1000;
 
-double DistanceUm(const field::Path& path, const Robots& robots, size_t i) {
-  return field::Locate(path, robots.x_m[i] * 1e6, robots.y_m[i] * 1e6).distance_um;
-}
-
 }  // namespace
 
 PathWatch::PathWatch(const std::vector<field::Path>& paths, const Robots& robots)
     : paths_(paths), path_of_(paths.empty() ? 0 : robots.count) {
   for (size_t i = 0; i < path_of_.size(); ++i) {
-    for (size_t path = 1; path < paths_.size(); ++path) {
-      if (DistanceUm(paths_[path], robots, i) < DistanceUm(paths_[path_of_[i]], robots, i)) {
-        path_of_[i] = static_cast<uint32_t>(path);
-      }
-    }
+    path_of_[i] =
+        static_cast<uint32_t>(field::NearestPath(paths_, robots.x_m[i] * 1e6, robots.y_m[i] * 1e6));
   }
 }
 
@@ -31,8 +24,9 @@ PathErrors PathWatch::Look(const StepTime& time, const Slice& slice, const Robot
     return errors;
   }
   for (size_t i = slice.first; i < slice.end(); ++i) {
-    errors.sum_um +=
-        static_cast<uint64_t>(std::llround(DistanceUm(paths_[path_of_[i]], robots, i)));
+    const field::PathPosition at =
+        field::Locate(paths_[path_of_[i]], robots.x_m[i] * 1e6, robots.y_m[i] * 1e6);
+    errors.sum_um += static_cast<uint64_t>(std::llround(at.distance_um));
     ++errors.samples;
   }
   return errors;

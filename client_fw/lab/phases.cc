@@ -192,7 +192,8 @@ double Roll(const StepTime& time, const Slice& slice, Robots* robots) {
     robots->next_x_m[i] = next.x_m;
     robots->next_y_m[i] = next.y_m;
     robots->next_heading_rad[i] = next.heading_rad;
-    most_way_m = std::max(most_way_m, std::abs(true_left_m + true_right_m) / 2);
+    robots->roll_way_m[i] = std::abs(true_left_m + true_right_m) / 2;
+    most_way_m = std::max(most_way_m, robots->roll_way_m[i]);
   }
   return most_way_m;
 }
@@ -242,9 +243,7 @@ Moves Commit(const StepTime& time, const Slice& slice, Robots* robots) {
     double left_m = robots->roll_left_m[i];
     double right_m = robots->roll_right_m[i];
     const uint8_t blocked = robots->blocked[i];
-    double moved_m = std::abs(TakenM(errors, time, i, left_m, kLeftSlip) +
-                              TakenM(errors, time, i, right_m, kRightSlip)) /
-                     2;
+    double moved_m = robots->roll_way_m[i];
     robots->heading_rad[i] = robots->next_heading_rad[i];
     if (blocked == kPheromoneNoContact) {
       robots->x_m[i] = robots->next_x_m[i];

@@ -53,6 +53,7 @@ struct Robots {
         next_heading_rad(robots),
         roll_left_m(robots),
         roll_right_m(robots),
+        roll_way_m(robots),
         blocked(robots) {
     for (size_t slot = 0; slot < slots; ++slot) {
       p_left[slot].resize(robots);
@@ -107,6 +108,7 @@ struct Robots {
   std::vector<double> next_heading_rad;
   std::vector<double> roll_left_m;
   std::vector<double> roll_right_m;
+  std::vector<double> roll_way_m;  ///< its own way by that, without its sign
   std::vector<uint8_t> blocked;
 
   const double* BelievedX() const {

@@ -37,6 +37,10 @@
 
 namespace pheromone::sim {
 
+/// Of a simulated swarm. Robots have IDs of their own, whatever their channel.
+constexpr int kMaxRobots = 254;
+constexpr int kMaxChannels = 16;
+
 /// A station with a modem on the channel.
 class Station {
  public:

@@ -1,12 +1,10 @@
 #include "client_fw/swarm/lab_radio.h"
 
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "client_fw/lab/link/rounds_link.h"
 #include "client_fw/swarm/scenario/run.h"
-#include "server/core/engine/wire_units.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -31,7 +29,6 @@ Scenario OnAir(const lab::LabScenario& scenario) {
     static_cast<client::Settings&>(group.client) = lab::FollowSettings(scenario.plans[i].values);
     group.client.start_released = true;
     group.client.type = from.senses.front();
-    group.client.wide = engine::NeedsWide(scenario.world.field.map, scenario.world.pose_unit_10um);
     group.starts = from.starts;
     group.count = static_cast<int>(from.starts.size());
     group.radius_m = from.radius_m;
@@ -39,9 +36,7 @@ Scenario OnAir(const lab::LabScenario& scenario) {
   }
   on_air.channels = static_cast<int>(
       lab::ChannelsOf(static_cast<size_t>(on_air.robot_count()), radio.robots_per_channel));
-  for (int i = 0; i < on_air.channels; ++i) {
-    on_air.engine.links.push_back(on_air.timing.Link("radio-" + std::to_string(i + 1)));
-  }
+  Complete(&on_air);
   return on_air;
 }
 

@@ -1,6 +1,5 @@
 #include "client_fw/swarm/recorder.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -13,16 +12,12 @@ bool OffLimits(const field::FieldConfig& field, const sim::PlanePose& pose) {
          (field.obstacles && field.obstacles->Blocked(field.map.NearestNode(at)));
 }
 
-field::Path NearestPath(const field::FieldConfig& field, const sim::MobileRobot& robot) {
+field::Path PathOf(const field::FieldConfig& field, const sim::MobileRobot& robot) {
   if (field.paths.empty()) {
     return {.points = {{0, 0}}};
   }
-  const auto distance_m = [&robot](const field::Path& path) {
-    return Observe(robot, path, 0).distance_m;
-  };
-  return *std::min_element(
-      field.paths.begin(), field.paths.end(),
-      [&](const field::Path& a, const field::Path& b) { return distance_m(a) < distance_m(b); });
+  const sim::PlanePose& pose = robot.true_pose();
+  return field.paths[field::NearestPath(field.paths, pose.x_m * 1e6, pose.y_m * 1e6)];
 }
 
 }  // namespace
@@ -31,7 +26,7 @@ Recorder::Recorder(const Swarm* swarm, const field::FieldConfig& field, int64_t 
     : swarm_(swarm), field_(field), sample_ms_(sample_ms) {
   record_.robots.resize(swarm->robot_count());
   for (size_t i = 0; i < swarm->robot_count(); ++i) {
-    paths_.push_back(NearestPath(field_, swarm->robot(i)));
+    paths_.push_back(PathOf(field_, swarm->robot(i)));
   }
 }
 

@@ -162,52 +162,55 @@ void MeasureFirmware(size_t robots, int steps, double radio) {
              hashes[0] != 0 && hashes[0] == hashes[1] ? "yes" : "NO");
 }
 
-struct Row {
-  size_t robots;
-  int threads;
-  StepCost cost;
-  uint64_t hash;
-  int64_t resident_mib;
-};
+void PrintSplit(World* world, int steps) {
+  const std::vector<double> split = SplitOf(world, std::max(steps / 4, 10));
+  const auto robots = static_cast<double>(world->robots().count);
+  fmt::print("        ns a robot and step:");
+  for (size_t p = 0; p < kPhaseCount; ++p) {
+    fmt::print(" {} {:.0f}{}", kPhaseNames[p], split[p], p + 1 < kPhaseCount ? "," : "");
+  }
+  fmt::print("; {:.1f} nodes a robot\n", static_cast<double>(world->field().node_count()) / robots);
+}
+
+// Level "field", beside level "radio" and a swept map. Returns rows of the table.
+std::string MeasureField(size_t robots, int steps, double radio) {
+  std::string rows;
+  StepCost costs[2];
+  uint64_t hashes[2] = {};
+  for (const int threads : {1, 2}) {
+    const auto world = MakeWorld({robots, 1}, threads);
+    const StepCost cost =
+        Measure(robots, steps, threads == 1 ? CpuNs : WallNs, [&] { MustBeOk(world->Step()); });
+    costs[threads - 1] = cost;
+    hashes[threads - 1] = world->Hash();
+    const int64_t resident_mib = ResidentMib();
+    fmt::print(
+        "{:>7} robots, {} thread{}: {:.0f} ns, {:.0f} in real time (best {:.0f}), {} MiB; "
+        "{:.0f} x level radio\n",
+        robots, threads, threads == 1 ? " " : "s", cost.median, cost.in_real_time(),
+        cost.best_in_real_time(), resident_mib, cost.in_real_time() / radio);
+    rows += fmt::format("{},{},{:.1f},{:.0f},{:.0f},{}\n", robots, threads, cost.median,
+                        cost.in_real_time(), cost.best_in_real_time(), resident_mib);
+    if (threads == 1) {
+      PrintSplit(world.get(), steps);
+    }
+  }
+  fmt::print("        the same bytes with 1 and 2 threads: {}\n",
+             hashes[0] != 0 && hashes[0] == hashes[1] ? "yes" : "NO");
+  DenseWorld dense({robots, 1});
+  const StepCost swept = Measure(robots, std::max(steps / 4, 10), CpuNs, [&] { dense.Step(); });
+  fmt::print("        dense sweep: {:.0f} in real time; 1 thread is {:.2f} x that, 2 {:.2f} x\n",
+             swept.in_real_time(), swept.median / costs[0].median, swept.median / costs[1].median);
+  return rows;
+}
 
 int Main(const std::vector<size_t>& sizes, int steps, const std::string& csv) {
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // each line as soon as it is known
   std::string table = "robots,threads,ns_per_robot_step,robots_in_real_time,best,resident_mib\n";
   const double radio = RadioLevel();
   fmt::print("level radio (pheromone-swarm run, 250 robots): {:.0f} robots in real time\n", radio);
   for (const size_t robots : sizes) {
-    const Size size{robots, 1};
-    std::vector<Row> rows;
-    for (const int threads : {1, 2}) {
-      const auto world = MakeWorld(size, threads);
-      const StepCost cost =
-          Measure(robots, steps, threads == 1 ? CpuNs : WallNs, [&] { MustBeOk(world->Step()); });
-      rows.push_back({robots, threads, cost, world->Hash(), ResidentMib()});
-      if (threads == 1) {
-        const std::vector<double> split = SplitOf(world.get(), std::max(steps / 4, 10));
-        fmt::print("{} robots, ns a robot and step:", robots);
-        for (size_t p = 0; p < kPhaseCount; ++p) {
-          fmt::print(" {} {:.0f}{}", kPhaseNames[p], split[p], p + 1 < kPhaseCount ? "," : "");
-        }
-        fmt::print("; {:.1f} nodes a robot\n",
-                   static_cast<double>(world->field().node_count()) / static_cast<double>(robots));
-      }
-    }
-    DenseWorld dense(size);
-    const StepCost swept = Measure(robots, std::max(steps / 4, 10), CpuNs, [&] { dense.Step(); });
-    for (const Row& row : rows) {
-      const double real_time = row.cost.in_real_time();
-      fmt::print(
-          "{:>7} robots, {} thread{}: {:.0f} ns, {:.0f} in real time (best {:.0f}), {} MiB; "
-          "{:.0f} x level radio, {:.2f} x dense sweep ({:.0f})\n",
-          row.robots, row.threads, row.threads == 1 ? " " : "s", row.cost.median, real_time,
-          row.cost.best_in_real_time(), row.resident_mib, real_time / radio,
-          real_time / swept.in_real_time(), swept.in_real_time());
-      table +=
-          fmt::format("{},{},{:.1f},{:.0f},{:.0f},{}\n", row.robots, row.threads, row.cost.median,
-                      real_time, row.cost.best_in_real_time(), row.resident_mib);
-    }
-    fmt::print("        the same bytes with 1 and 2 threads: {}\n",
-               rows[0].hash != 0 && rows[0].hash == rows[1].hash ? "yes" : "NO");
+    table += MeasureField(robots, steps, radio);
     if (robots <= kMostFirmware) {
       MeasureFirmware(robots, steps, radio);
     }

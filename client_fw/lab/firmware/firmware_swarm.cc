@@ -10,6 +10,7 @@
 #include "server/base/hash.h"
 #include "server/core/engine/wire_units.h"
 #include "server/robots/radio/rounds.h"
+#include "server/robots/radio/timing.h"
 
 namespace pheromone::lab {
 namespace {
@@ -17,9 +18,18 @@ namespace {
 constexpr size_t kRobotsOfLink = 254;
 constexpr uint16_t kEpoch = 1;
 constexpr int64_t kRoundEveryMs = 1000;
-// As on a channel of 9600 baud.
-constexpr uint8_t kSlotMs = 3;
-constexpr uint8_t kWindowMs = 20;
+// As on the channel on which rounds were measured (link/measured_rounds.h), with carrier detect.
+constexpr uint32_t kBaud = client::Parameters().baud;
+constexpr radio::Duration kTwoMs(2'000'000);
+constexpr radio::Timing kTiming{
+    .byte = radio::ByteTime(kBaud), .turnaround = kTwoMs, .processing = kTwoMs};
+
+constexpr uint8_t WholeMs(radio::Duration time) {
+  return static_cast<uint8_t>((time.count() + 999'999) / 1'000'000);
+}
+constexpr uint8_t kSlotMs = WholeMs(kTiming.turnaround);
+constexpr uint8_t kWindowMs = WholeMs(kTiming.ResponseWindow());
+constexpr uint8_t kTurnMs = client::BytesMs(client::kMaxClientFrame, kBaud);
 
 engine::EngineConfig WithLinks(engine::EngineConfig engine, size_t robots) {
   for (size_t first = 0; first < robots; first += kRobotsOfLink) {
@@ -180,7 +190,7 @@ void FirmwareSwarm::HearRound(Life* life, int64_t at_ms, bool grant,
                               const std::optional<protocol::RoundAnswer>& answer) {
   protocol::Round round;
   round.number = ++life->number;
-  round.turn_ms = client::BytesMs(client::kMaxClientFrame, 9600);
+  round.turn_ms = kTurnMs;
   round.turn_bytes = client::kMaxClientFrame;
   round.slot_ms = kSlotMs;
   round.open_slots = protocol::kOpenUntilNextRound;  // for HELLO and EVENTs

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -85,6 +86,16 @@ TEST(Firmware, TracesAreLaidOnTheEnginesField) {
   EXPECT_EQ(laid, swarm.world->tally().heard.answers);
   EXPECT_GE(swarm.firmware->service().counters().changes, laid);
   EXPECT_GT(swarm.world->field().node_count(), 0u);
+}
+
+// T_t and D_s 2 ms: the window is 2 T_t + D_s and two bytes of 10 bits.
+TEST(Firmware, ItsChannelIsTheOneOnWhichRoundsWereMeasured) {
+  Swarm swarm = Make(1, {}, false);
+  swarm.firmware->service().Inspect([](const engine::Engine& engine) {
+    ASSERT_EQ(engine.config().links.size(), 1u);
+    EXPECT_EQ(engine.config().links[0].slot_ms, 2);
+    EXPECT_EQ(engine.config().links[0].response_window_ms, std::ceil(6 + 2 * 10 / 9.6));
+  });
 }
 
 // Only the engine knows of the obstacle, so that robots drive on to it.

@@ -6,15 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include "client_fw/sim/radio_medium.h"
+
 namespace pheromone::lab {
 namespace {
 
 using config::Notes;
 using config::TableReader;
 using config::Value;
-
-constexpr size_t kMaxRadioRobots = 254;
-constexpr size_t kMaxRadioChannels = 16;
 
 // Follows one pheromone, and deposits a quantum of it or nothing.
 void CheckFollower(const TableReader& table, const std::string& level, const RobotGroup& group,
@@ -80,11 +79,11 @@ void CheckLevel(const Value& root, const LabScenario& scenario, Notes* notes) {
     robots += group.starts.size();
   }
   const size_t channels = ChannelsOf(robots, scenario.world.radio->robots_per_channel);
-  if (robots > kMaxRadioRobots || channels > kMaxRadioChannels) {
+  if (robots > sim::kMaxRobots || channels > sim::kMaxChannels) {
     notes->problems.Add(
         root.at, "robots",
         fmt::format("found {} robots on {} channels, expected at most {} on {} at {}", robots,
-                    channels, kMaxRadioRobots, kMaxRadioChannels, level));
+                    channels, sim::kMaxRobots, sim::kMaxChannels, level));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "client_fw/sim/radio_medium.h"
 #include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/fit.h"
 #include "client_fw/swarm/robots.h"
@@ -17,8 +18,7 @@ using config::Value;
 
 constexpr config::Scale kMetresToMm{1'000};
 constexpr int64_t kMaxUm = 1'000'000'000'000;
-constexpr int64_t kMaxRobots = 254;  // of a link, and enough for a simulation
-constexpr int64_t kAvrBaud = 9600;   // as the image is compiled
+constexpr int64_t kAvrBaud = 9600;  // as the image is compiled
 constexpr int64_t kAvrStepNs = 1'000'000;
 
 // [[x_m, y_m, heading_deg], ...], on the map and clear of obstacles.
@@ -168,7 +168,7 @@ RobotGroup ReadGroup(const TableReader& table, const Value& robots, const Scenar
   group.starts = ReadStarts(table, field.map, BlockedBy(field, group.radius_m));
   group.count =
       static_cast<int>(table
-                           .Integer("count", 1, kMaxRobots,
+                           .Integer("count", 1, sim::kMaxRobots,
                                     std::max<int64_t>(1, static_cast<int64_t>(group.starts.size())))
                            .value_or(1));
   group.spread_m = table.Number("spread_m", 0, 100, 0).value_or(0);
@@ -204,8 +204,8 @@ void ReadRobots(const Value& root, Notes* notes, Scenario* scenario) {
   for (size_t i = 0; i < tables.size(); ++i) {
     const TableReader table(*tables[i], config::PathOf("robots", i), &notes->problems);
     scenario->groups.push_back(ReadGroup(table, *tables[i], *scenario, notes));
-    if (scenario->robot_count() > kMaxRobots) {
-      table.Report("count", "makes more than " + std::to_string(kMaxRobots) + " robots");
+    if (scenario->robot_count() > sim::kMaxRobots) {
+      table.Report("count", "makes more than " + std::to_string(sim::kMaxRobots) + " robots");
       return;
     }
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "client_fw/sim/radio_medium.h"
 #include "client_fw/swarm/scenario/robots.h"
 #include "server/base/file.h"
 #include "server/config/sections.h"
@@ -39,7 +40,8 @@ void ReadRadio(const Value& root, Notes* notes, Scenario* scenario) {
   timing.adapter_ns =
       radio.Scaled("adapter_latency_s", kSecondsToUs, 0, 255'000, 0).value_or(0) * 1'000;
   timing.carrier_detect = radio.Boolean("carrier_detect", true).value_or(true);
-  scenario->channels = static_cast<int>(radio.Integer("channels", 1, 16, 1).value_or(1));
+  scenario->channels =
+      static_cast<int>(radio.Integer("channels", 1, sim::kMaxChannels, 1).value_or(1));
   scenario->loss = radio.Number("loss", 0, 1, 0).value_or(0);
   scenario->bit_error = radio.Number("bit_error", 0, 1, 0).value_or(0);
 }
@@ -71,7 +73,17 @@ void ReadHiddenPairs(const Value& root, Notes* notes, Scenario* scenario) {
   }
 }
 
-void Finish(Scenario* scenario) {
+}  // namespace
+
+int Scenario::robot_count() const {
+  int count = 0;
+  for (const RobotGroup& group : groups) {
+    count += group.count;
+  }
+  return count;
+}
+
+void Complete(Scenario* scenario) {
   engine::EngineConfig& engine = scenario->engine;
   engine.field.memory_bytes = kFieldBytes;
   ChannelTiming told = scenario->timing;
@@ -87,16 +99,6 @@ void Finish(Scenario* scenario) {
   for (RobotGroup& group : scenario->groups) {
     group.client.wide = engine::NeedsWide(engine.field.map, engine.pose_unit_10um);
   }
-}
-
-}  // namespace
-
-int Scenario::robot_count() const {
-  int count = 0;
-  for (const RobotGroup& group : groups) {
-    count += group.count;
-  }
-  return count;
 }
 
 Result<Scenario> ParseScenario(std::string_view text, std::string_view name,
@@ -132,7 +134,7 @@ Result<Scenario> ParseScenario(std::string_view text, std::string_view name,
     return Error{notes.problems.Text()};
   }
   scenario.warnings = std::move(notes.warnings);
-  Finish(&scenario);
+  Complete(&scenario);
   return scenario;
 }
 

@@ -58,6 +58,10 @@ struct Scenario {
   int robot_count() const;
 };
 
+/// Adds what follows from the rest: links for the channels, memory for the field, and whether
+/// messages are wide.
+void Complete(Scenario* scenario);
+
 /// Reads a file. Errors: it cannot be read, or what ParseScenario finds.
 Result<Scenario> LoadScenario(const std::string& path);
 
