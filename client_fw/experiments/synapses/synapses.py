@@ -24,7 +24,7 @@ SEEDS = 30  # maps of each kind
 NODES, CELL_M, PITCH = 13, 0.5, 16  # nodes of a map's side, and from map to map
 SIDE_M = (NODES - 1) * CELL_M
 MAPS_A_ROW = 24
-WALL_ROW, WALL_NODES = 6, 9  # the wall: so many nodes from the left
+WALL_ROW, WALL_NODES, BEYOND_M = 6, 9, 1.0  # the wall: so many nodes from the left, and beyond the map
 CORNER_M = np.array([(WALL_NODES - 0.5) * CELL_M, WALL_ROW * CELL_M])
 GOAL_M, GOAL_RADIUS_M = np.array([1.5, 5.0]), 0.4
 GOAL_NODE = np.rint(GOAL_M / CELL_M).astype(int) @ (1, NODES)
@@ -35,11 +35,11 @@ FIXED = np.array((1.0, -1.0))  # weights of the antennas: fig. 8
 FRESH = 100  # starts of a test
 HALF_LIFE_S = 60.0  # of the test with evaporation
 # The evolution strategy: maps in a generation, starts of each, how far levels and weights are varied at first and at last.
-GENERATIONS, CANDIDATES, STARTS, SPREAD = 60, 16, 8, (0.3, 0.12)
-SHOWN = (1, 2, 4, 8, 15, 30, 60)  # generations that are tested
+GENERATIONS, CANDIDATES, STARTS, SPREAD = 50, 16, 6, (0.3, 0.12)
+SHOWN = (1, 3, 6, 12, 25, 50)  # generations that are tested
 # The ants of a map, quanta for each node of a path of SHORTEST nodes, and chance in a wheel; when the map is tested.
 ANTS, QUANTA, SHORTEST, WANDER_M_S = 12, 200, 12, 0.15
-TESTED_S = (100, 300, 1000, 2000, 3600)
+TESTED_S = (100, 300, 1000, 2000)
 ANTS_HALF_LIFE_S = 300.0
 TURN, OUT, BACK = range(3)
 
@@ -72,7 +72,7 @@ def world_of(levels, poses, half_life_s=None):
     trail = {"type": 1, "name": "trail", "core_m": 0.1, "sigma_m": 0.9, "quantum": 0.001, "maximum": 1.0,
              "evaporation": "exponential" if half_life_s else "permanent", "directional": True,
              **({"half_life_s": half_life_s} if half_life_s else {})}
-    walls = [{"points_m": [[x, y + CORNER_M[1]], [x + CORNER_M[0] - CELL_M / 2, y + CORNER_M[1]]], "thickness_m": 0.01}
+    walls = [{"points_m": [[x - BEYOND_M, y + CORNER_M[1]], [x + CORNER_M[0] - CELL_M / 2, y + CORNER_M[1]]], "thickness_m": 0.01}
              for x, y in at]
     poses = np.concatenate([poses[..., :2] + at[:, None], poses[..., 2:]], axis=2).reshape(-1, 3)
     scenario = {
