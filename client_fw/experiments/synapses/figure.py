@@ -41,7 +41,7 @@ def draw(rows, experience, nodes, tracks):
                               color=colour, marker=mark, capsize=2, elinewidth=0.8)
     learning.set(xscale="log", ylim=(0, 1), xlabel="robot-hours driven for one map", ylabel="robots that come to the goal",
                  title="what a map costs")
-    learning.legend(loc="upper left", fontsize=7)
+    learning.legend(loc="lower right", fontsize=6)
     for half_life_s, mark in ((0, "o"), (60, "s")):
         found = shares(rows, half_life_s)
         evaporating.errorbar([mean for mean, _ in found.values()], range(len(found)), xerr=[half for _, half in found.values()],
@@ -51,7 +51,7 @@ def draw(rows, experience, nodes, tracks):
                     title="what evaporation does")
     evaporating.tick_params(axis="y", labelsize=7)
     evaporating.invert_yaxis()
-    evaporating.legend(fontsize=7)
+    evaporating.legend(loc="lower right", fontsize=7)
     figure.suptitle("Maps as exo-synapses: the first of 30 of each kind with eight robots; means and 95 % confidence intervals")
     return figure
 
@@ -75,7 +75,7 @@ def table(rows):
     fresh, late = shares(rows, 0), shares(rows, 60)
     for kind, of in style.groups([row for row in rows if row["half_life_s"] == 0], "kind").items():
         times = [row["time_s"] for row in of if row["time_s"] is not None]
-        time = "{:.1f} ± {:.1f} s".format(*interval(times)) if len(times) == len(of) else "–"
+        time = "{:.1f} ± {:.1f} s".format(*interval(times)) if len(times) > 1 else "–"
         weights = [interval(style.column(of, side + "_weight"))[0] for side in ("left", "right")]
         print(f"| {kind} | {fresh[kind][0]:.2f} ± {fresh[kind][1]:.2f} | {min(style.column(of, 'share')):.2f} | {time} | "
               f"{late[kind][0]:.2f} ± {late[kind][1]:.2f} | {weights[0]:+.2f}, {weights[1]:+.2f} |")
