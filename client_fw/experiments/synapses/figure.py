@@ -18,7 +18,7 @@ from sweeps import interval  # noqa: E402
 
 SHOWN = ("levels learnt", "laid by ants", "drawn: the path", "levels and weights learnt", "laid by ants, 1/length²",
          "drawn: a slope")
-CELL_M = 0.5
+NODES, CELL_M = 13, 0.5
 
 
 def shares(rows, half_life_s):
@@ -57,9 +57,11 @@ def draw(rows, experience, nodes, tracks):
 
 
 def map_of(axes, nodes, tracks):
+    levels = [[0.0] * NODES for _ in range(NODES)]
     for row in nodes:
-        axes.add_patch(pyplot.Rectangle((row["x_m"] - CELL_M / 2, row["y_m"] - CELL_M / 2), CELL_M, CELL_M, linewidth=0,
-                                        facecolor=pyplot.cm.Greens(0.8 * row["level"])))
+        levels[round(row["y_m"] / CELL_M)][round(row["x_m"] / CELL_M)] = row["level"]
+    most = (NODES - 0.5) * CELL_M
+    axes.imshow(levels, cmap="Greens", vmin=0, vmax=1.25, origin="lower", extent=2 * (-CELL_M / 2, most))
     axes.add_patch(pyplot.Rectangle((-0.25, 2.75), 4.5, 0.5, color=style.GREY, linewidth=0))  # the wall
     axes.add_patch(pyplot.Circle((1.5, 5.0), 0.4, fill=False, color=style.BLACK))  # the goal
     for of in style.groups(tracks, "robot").values():
