@@ -6,6 +6,7 @@
 
 import pathlib
 import sys
+import types
 import unittest
 from unittest import mock
 
@@ -13,7 +14,7 @@ import numpy as np
 
 sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = map(str, (HERE, HERE / "arms", HERE / "maze", HERE.parent / "lab/python/testing"))
+sys.path[:0] = map(str, (HERE, HERE / "arms", HERE / "maze", HERE / "synapses", HERE.parent / "lab/python/testing"))
 
 import built  # noqa: E402  (after the path)
 
@@ -22,6 +23,7 @@ lab = built.load(sys.argv.pop(1))
 import arms  # noqa: E402  (after pheromone_lab)
 import maze  # noqa: E402
 import road_ants  # noqa: E402
+import synapses  # noqa: E402
 
 
 class ExperimentsTest(unittest.TestCase):
@@ -103,6 +105,50 @@ class ExperimentsTest(unittest.TestCase):
                 aside = np.hypot((robots.x_m - 0.5) % 1 - 0.5, (robots.y_m - 0.5) % 1 - 0.5)
                 self.assertTrue((aside[ants.state == maze.LOOK] < 0.1).all(), world.time_s)
         self.assertGreater(stopped, 0)
+
+    def test_maps_of_synapses_are_read_where_they_were_printed_and_halve(self):
+        random = np.random.default_rng(1)
+        levels = random.uniform(0, 1, (30, 13, 13)) * synapses.free_nodes()
+        world = synapses.world_of(levels, synapses.starts(random, 30, 1), half_life_s=10)
+        np.testing.assert_allclose(synapses.levels_of(world, 30), levels, atol=2e-5)  # a node has 1/64 quantum
+        for _ in range(20):
+            world.step(0, 0)
+        np.testing.assert_allclose(synapses.levels_of(world, 30), levels / 2, atol=2e-5)
+
+    def test_the_way_to_the_goal_is_about_that_of_a_star(self):
+        world = synapses.world_of(np.zeros((1, 13, 13)), np.zeros((1, 1, 3)))
+        at = synapses.origins(1)[0]
+        for place in ((1, 1), (5, 0.5), (3, 2), (5.5, 4), (0, 5.5), (0, 3.5)):
+            way = np.hypot(*np.diff(world.route(tuple(at + place), tuple(at + synapses.GOAL_M)), axis=0).T).sum()
+            self.assertAlmostEqual(synapses.left_to_go_m(np.array(place)), way, delta=0.5)  # the wall is half a metre thick
+
+    def test_the_networks_weights_are_those_of_the_difference(self):
+        seen = types.SimpleNamespace(p_left=[np.array([2048, 2048], np.int16)], p_right=[np.array([1024, 1024], np.int16)])
+        left, right = synapses.steer(seen, np.array([(1.0, -1.0), (0.5, -2.0)]))
+        # D = (2048 - 1024) / 4096, (1024 - 2048) / 4096; the stronger side's wheel turns at 0.3 m/s (1 - |D|).
+        np.testing.assert_allclose((left, right), [(0.225, 0.3), (0.3, 0.225)])
+
+    def test_ants_lay_ways_to_the_goal_and_learning_finds_one(self):
+        with mock.patch.multiple(synapses, SEEDS=2, TESTED_S=(900,), GENERATIONS=15, SHOWN=(15,), FRESH=50):
+            (_, levels, _), = synapses.lay(0)
+            self.assertTrue((levels[:, ~synapses.free_nodes()] == 0).all())
+            self.assertTrue((levels[:, 10, 3] > 0.2).all(), levels[:, 10, 3])  # at the goal
+            even = np.full((2, 13, 13), 0.5) * synapses.free_nodes()
+            poses = synapses.starts(np.random.default_rng(5), 2, 50)
+            (_, learnt, _), = synapses.learn(0.0)
+            came = [np.isfinite(synapses.roll_out(them, poses)[0]).mean() for them in (even, learnt)]
+            self.assertGreater(came[1], 1.5 * came[0])
+
+    def test_paths_of_ants_go_from_node_to_node_without_loops(self):
+        ants = synapses.Ants(0, np.repeat(synapses.origins(2), 12, axis=0))
+        world = synapses.world_of(np.zeros((2, 13, 13)), synapses.starts(np.random.default_rng(6), 2, 12), 300)
+        for _ in range(600):
+            world.step(**ants.decide(world.groups["ants"]))
+            for path, last in zip(ants.path, ants.last):
+                path = path[:last + 1]
+                self.assertEqual(len(set(path)), len(path))
+                across, up = np.abs(np.diff(path % 13)), np.abs(np.diff(path // 13))
+                self.assertTrue((np.maximum(across, up)[:-1] == 1).all())  # the last may be from the goal's edge
 
 
 if __name__ == "__main__":

@@ -43,6 +43,14 @@ def wheels(ants, course, standing):
     return ahead - turn, ahead + turn
 
 
+def extend(path, last, robots, cells):
+    """These robots are in these cells now: each of their paths, rows of `path` up to its index `last`, goes there, without
+    the loop that it may have made."""
+    loop = (path[robots] == cells[:, None]) & (np.arange(path.shape[1]) <= last[robots, None])
+    last[robots] = np.where(loop.any(axis=1), loop.argmax(axis=1), last[robots] + 1)
+    path[robots, last[robots]] = cells
+
+
 class Looks:
     """What robots have seen of the roads of the place where they are, in pheromone units; NaN: not yet."""
 

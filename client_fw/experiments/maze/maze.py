@@ -130,11 +130,9 @@ class Ants:
         return course
 
     def arrive_out(self, robots, step):
-        """In a cell: its path goes there, without the loop that it may have made."""
+        """In a cell."""
         cell = self.goes[robots]
-        loop = (self.path[robots] == cell[:, None]) & (np.arange(self.path.shape[1]) <= self.last[robots, None])
-        self.last[robots] = np.where(loop.any(axis=1), loop.argmax(axis=1), self.last[robots] + 1)
-        self.path[robots, self.last[robots]] = cell
+        road_ants.extend(self.path, self.last, robots, cell)
         self.state[robots] = LOOK
         home = robots[self.lost[robots] & (cell == NEST)]
         self.start(home)
