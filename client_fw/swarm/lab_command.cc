@@ -72,7 +72,8 @@ int RunOne(const LabOptions& options) {
   bool has_output = false;
   for (const auto& [option, value] :
        {std::pair("--series", &outputs.series), std::pair("--tracks", &outputs.tracks),
-        std::pair("--maps", &outputs.maps), std::pair("--frames", &outputs.frames)}) {
+        std::pair("--maps", &outputs.maps), std::pair("--frames", &outputs.frames),
+        std::pair("--mcap", &outputs.mcap)}) {
     has_output = has_output || !value->empty();
     if (on_air && !value->empty()) {
       return Fail(std::string(option) + ": run.level = \"radio\" has no such output, expected " +
@@ -82,7 +83,7 @@ int RunOne(const LabOptions& options) {
   }
   if (options.every_s && !has_output) {
     return Fail("--every " + ShortestText(*options.every_s) +
-                    ": found no output, expected --series, --tracks, --maps or --frames",
+                    ": found no output, expected --series, --tracks, --maps, --frames or --mcap",
                 kWrongInput);
   }
   if (on_air && options.threads != 1) {
@@ -105,8 +106,12 @@ int RunOne(const LabOptions& options) {
                                             ? RunLabOnAir(scenario.value(), bar)
                                             : lab::RunLab(scenario.value(), options.threads, look);
   EndProgressBar(bar);
+  const Status finished = writer.value().Finish();
   if (!result.ok()) {
     return Fail(result.error(), kFailed);
+  }
+  if (!finished.ok()) {
+    return Fail(finished.error(), kFailed);
   }
   for (const auto& [name, value] : lab::MeasuresOf(result.value())) {
     if (value) {
@@ -201,6 +206,9 @@ void AddLabCommand(CLI::App* app, int* status) {
                   "Write a picture of each pheromone with the robots to PHEROMONE-00000.png and so "
                   "on in this folder, as often")
       ->type_name("FOLDER");
+  run->add_option("--mcap", outputs.mcap,
+                  "Write pheromones and robots to this file for Foxglove and others, as often")
+      ->type_name("FILE");
   run->add_option("--every", options->every_s, "Seconds between two of these (default: 10)")
       ->check(Number(0.001, 1e6))
       ->type_name("SECONDS");

@@ -5,14 +5,19 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <numbers>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "client_fw/lab/scenario/run.h"
 #include "server/base/format.h"
+#include "server/formats/foxglove/messages.h"
+#include "server/formats/foxglove/scene.h"
+#include "server/formats/foxglove/schema.h"
 #include "server/formats/maps/field_raster.h"
 #include "server/formats/maps/npy.h"
 #include "server/formats/maps/png_picture.h"
@@ -21,11 +26,28 @@ namespace pheromone::swarm {
 namespace {
 
 constexpr int32_t kFramePixels = 500;  // at least, along the longer side
+constexpr double kRobotM = 0.25;       // of the line in viewers
 
 Status MakeFolder(const std::string& path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
   return error ? Status(Error{path + ": " + error.message()}) : Ok();
+}
+
+std::string GridOf(const maps::Raster& raster, const std::string& name, double maximum,
+                   uint64_t now_ms) {
+  std::string cells;
+  for (const double value : raster.values) {
+    const double share = std::ceil(254 * value / maximum);
+    cells += static_cast<char>(std::isnan(value) ? 255 : static_cast<int>(std::min(share, 254.0)));
+  }
+  return foxglove::EncodeGrid(now_ms * 1'000'000,
+                              {.corner = {static_cast<double>(raster.origin.x) / 1e6,
+                                          static_cast<double>(raster.origin.y) / 1e6},
+                               .columns = static_cast<uint32_t>(raster.columns),
+                               .cell_m = static_cast<double>(raster.cell_um) / 1e6,
+                               .names = {name}},
+                              cells);
 }
 
 maps::Raster WithRobots(maps::Raster raster, const lab::Robots& robots) {
@@ -76,6 +98,10 @@ Result<LabOutputs> LabOutputs::Open(LabOutputOptions options) {
       PHEROMONE_TRY(*file, Make(*path));
     }
   }
+  if (!outputs.options_.mcap.empty()) {
+    PHEROMONE_TRY(File file, Make(outputs.options_.mcap));
+    outputs.mcap_ = std::make_unique<Mcap>(std::move(file));
+  }
   for (const std::string& folder : {outputs.options_.maps, outputs.options_.frames}) {
     if (!folder.empty()) {
       PHEROMONE_TRY_STATUS(MakeFolder(folder));
@@ -97,7 +123,10 @@ Status LabOutputs::Look(const lab::World& world) {
   if (tracks_.descriptor.valid()) {
     PHEROMONE_TRY_STATUS(WriteTracks(world, is_first));
   }
-  if (!options_.maps.empty() || !options_.frames.empty()) {
+  if (mcap_ != nullptr) {
+    PHEROMONE_TRY_STATUS(WriteRobots(world));
+  }
+  if (mcap_ != nullptr || !options_.maps.empty() || !options_.frames.empty()) {
     PHEROMONE_TRY_STATUS(WritePictures(world));
   }
   ++moment_;
@@ -126,6 +155,36 @@ Status LabOutputs::WriteTracks(const lab::World& world, bool is_first) {
   return Write(tracks_, rows);
 }
 
+Status LabOutputs::WriteMcap(const std::string& topic, std::string_view schema, uint64_t now_ms,
+                             std::string_view message) {
+  auto channel = mcap_->channels.find(topic);
+  if (channel == mcap_->channels.end()) {
+    const uint16_t number = mcap_->writer.AddChannel({.topic = topic,
+                                                      .encoding = "protobuf",
+                                                      .schema_name = std::string(schema),
+                                                      .schema_encoding = "protobuf",
+                                                      .schema = foxglove::SchemaOf(schema)});
+    channel = mcap_->channels.emplace(topic, number).first;
+  }
+  return mcap_->writer.Write(channel->second, now_ms * 1'000'000, message);
+}
+
+Status LabOutputs::WriteRobots(const lab::World& world) {
+  const lab::Robots& robots = world.robots();
+  std::vector<foxglove::Pose> poses;
+  for (size_t i = 0; i < robots.count; ++i) {
+    poses.push_back({{robots.x_m[i], robots.y_m[i], 0}, robots.heading_rad[i]});
+  }
+  const uint64_t now_ms = world.time().now_ms();
+  foxglove::SceneUpdate update;
+  foxglove::AddHeadings("robots", poses, kRobotM, now_ms * 1'000'000, &update);
+  return WriteMcap("/robots", foxglove::kSceneUpdateSchema, now_ms, update.SerializeAsString());
+}
+
+Status LabOutputs::Finish() {
+  return mcap_ != nullptr ? mcap_->writer.Finish() : Ok();
+}
+
 Status LabOutputs::WritePictures(const lab::World& world) {
   const field::Field& field = world.field();
   for (const field::PheromoneLaw& law : field.config().pheromones) {
@@ -140,10 +199,16 @@ Status LabOutputs::WritePictures(const lab::World& world) {
       }
       PHEROMONE_TRY_STATUS(Append(raster, &stack));
     }
+    const double maximum = static_cast<double>(law.quantum_micro) * law.max_count / 1e6;
+    if (mcap_ != nullptr) {
+      PHEROMONE_TRY_STATUS(WriteMcap("/pheromone/" + law.name, foxglove::kGridSchema,
+                                     world.time().now_ms(),
+                                     GridOf(raster, law.name, maximum, world.time().now_ms())));
+    }
     if (!options_.frames.empty()) {
       const maps::PictureStyle style = {
           .low = 0,
-          .high = static_cast<double>(law.quantum_micro) * law.max_count / 1e6,
+          .high = maximum,
           .unknown = {128, 128, 128},
           .infinite = maps::Rgb{255, 255, 255},
           .pixels_per_cell = (kFramePixels - 1) / std::max(raster.columns, raster.rows) + 1};

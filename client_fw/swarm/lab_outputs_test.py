@@ -13,6 +13,10 @@ import unittest
 
 import matplotlib.image
 import numpy as np
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
+from mcap_reader import read_mcap  # noqa: E402
 
 BIN = pathlib.Path()
 QUANTUM, MAXIMUM, CELL_M = 0.015625, 2.0, 0.1
@@ -81,7 +85,7 @@ class OutputsTest(unittest.TestCase):
 
     def check(self, times, *level):
         done = self.lab("--series", "series.csv", "--tracks", "tracks.csv", "--maps", "maps", "--frames", "frames",
-                        "--every", "0.55", *level)
+                        "--mcap", "two.mcap", "--every", "0.55", *level)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         series, tracks = self.table("series.csv"), self.table("tracks.csv")
         self.assertEqual([row["time_s"] for row in series], times)
@@ -117,6 +121,43 @@ class OutputsTest(unittest.TestCase):
             np.testing.assert_array_equal(picture, expected.repeat(PIXELS, axis=0).repeat(PIXELS, axis=1))
         return blocked
 
+    def messages(self):
+        """Of the MCAP file, by topic, each read by the schema in the file."""
+        file = read_mcap(self.folder / "two.mcap")
+        read = {}
+        for message in file.messages:
+            name, encoding, schema = file.schemas[message.topic]
+            self.assertEqual((encoding, file.encodings[message.topic]), ("protobuf", "protobuf"))
+            pool = descriptor_pool.DescriptorPool()
+            for one in descriptor_pb2.FileDescriptorSet.FromString(schema).file:
+                pool.Add(one)
+            kind = message_factory.MessageFactory(pool).GetPrototype(pool.FindMessageTypeByName(name))
+            read.setdefault(message.topic, []).append((message.time_ns, kind.FromString(message.data)))
+        return read
+
+    def viewers_file(self, series, tracks):
+        read = self.messages()
+        self.assertEqual(set(read), {"/pheromone/trail", "/pheromone/other", "/robots"})
+        times = [round(1e9 * float(row["time_s"])) for row in series]
+        maps = np.load(self.folder / "maps" / "trail.npy")
+        for (time, grid), when, levels in zip(read["/pheromone/trail"], times, maps, strict=True):
+            self.assertEqual((time, grid.column_count, grid.cell_size.x, grid.fields[0].name),
+                             (when, COLUMNS, CELL_M, "trail"))
+            # A node is in the middle of its cell.
+            self.assertEqual((grid.pose.position.x, grid.pose.position.y), (-CELL_M / 2, -CELL_M / 2))
+            bytes_ = np.ceil(254 * levels[::-1] / MAXIMUM)
+            np.testing.assert_array_equal(np.frombuffer(grid.data, np.uint8).reshape(ROWS, COLUMNS),
+                                          np.where(np.isnan(bytes_), 255, bytes_))
+        rows = iter(tracks)
+        for (time, update), when in zip(read["/robots"], times, strict=True):
+            (line,) = update.entities[0].lines
+            self.assertEqual((time, len(line.points)), (when, 4))
+            for robot in (0, 1):
+                begin, end = line.points[2 * robot:2 * robot + 2]
+                row, turn = next(rows), np.degrees(np.arctan2(end.y - begin.y, end.x - begin.x))
+                np.testing.assert_allclose((begin.x, begin.y), (float(row["x_m"]), float(row["y_m"])), atol=1e-4)
+                self.assertLess(abs((turn - float(row["heading_deg"]) + 180) % 360 - 180), 0.01)
+
     def test_field(self):
         self.write(SCENARIO + WALL)
         # The first steps, of 0.2 s, that are not before 0, 0.55, 1.1 s and so on.
@@ -124,6 +165,7 @@ class OutputsTest(unittest.TestCase):
         self.assertEqual([(row["x_m"], row["y_m"], row["heading_deg"]) for row in tracks[:2]],
                          [("1.0000", "3.0000", "0.00"), ("5.0000", "1.0000", "0.00")])
         blocked = self.pictures(series, tracks)
+        self.viewers_file(series, tracks)
         self.assertTrue(blocked[ROWS - 1 - 30, 72] and not blocked[30, 72])
 
     def test_firmware(self):
@@ -139,7 +181,7 @@ class OutputsTest(unittest.TestCase):
     def test_what_has_no_effect_is_refused(self):
         done = self.lab("--every", "2")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("--every 2: found no output, expected --series, --tracks, --maps or --frames", done.stderr)
+        self.assertIn("--every 2: found no output, expected --series, --tracks, --maps, --frames or --mcap", done.stderr)
 
     def test_a_folder_that_cannot_be_made_is_told(self):
         (self.folder / "file").write_text("", encoding="utf-8")

@@ -108,6 +108,17 @@ void AddRobot(const RobotLook& robot, uint64_t time_ns, SceneUpdate* update) {
   AddLabel(above, std::to_string(robot.id), kInk, entity);
 }
 
+void AddHeadings(std::string id, const std::vector<Pose>& poses, double size_m, uint64_t time_ns,
+                 SceneUpdate* update) {
+  std::vector<Point> ends;
+  for (const auto& [at, yaw_rad] : poses) {
+    ends.push_back(at);
+    ends.push_back({at.x + size_m * std::cos(yaw_rad), at.y + size_m * std::sin(yaw_rad), at.z});
+  }
+  AddLine(::foxglove::LinePrimitive::LINE_LIST, ends, {1, 1, 1, 1},
+          AddEntity(std::move(id), time_ns, update));
+}
+
 void AddTrail(std::string_view link, uint8_t id, const std::vector<Point>& points, uint64_t time_ns,
               SceneUpdate* update) {
   Colour colour = RobotColour(id);

@@ -49,6 +49,10 @@ void AddRobot(const RobotLook& robot, uint64_t time_ns, SceneUpdate* update);
 void AddTrail(std::string_view link, uint8_t id, const std::vector<Point>& points, uint64_t time_ns,
               SceneUpdate* update);
 
+/// For swarms: a short line from each pose ahead, all of them one entity.
+void AddHeadings(std::string id, const std::vector<Pose>& poses, double size_m, uint64_t time_ns,
+                 SceneUpdate* update);
+
 struct PlaceLook {
   std::string id = {};
   std::string label = {};
