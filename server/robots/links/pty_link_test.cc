@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <termios.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <fstream>
@@ -212,6 +213,40 @@ TEST_F(SharedPtyLinkTest, WhatThePermitEndsBeforeIsRefusedAndAHaltOfAllInItIsSen
   EXPECT_EQ(server_.link().counters().frames_out, received + 1);
   EXPECT_EQ(RememberingTap::Together(tap_.written(), 1).size(),
             received * Wire(PingOf(3, 1)).size() + Wire(HaltOfAll().message).size());
+}
+
+// Also if what was sent of the last frame ends with the first of two DLE: there is no gap timeout.
+TEST_F(SharedPtyLinkTest, AfterAPartOfAFrameTheNextOneIsHeard) {
+  protocol::Ping ping;
+  ping.id = 3;
+  ping.length = protocol::kMaxPing;
+  std::fill_n(ping.payload, ping.length, protocol::kDle);
+  std::vector<engine::Outgoing> many(1'000, {0, 0, engine::testing::MessageOf(ping)});
+  many.push_back(HaltOfAll());
+  permit_.Set(100'000, "a");
+  StartShared();
+  Peer robot(path_);
+  for (uint8_t round = 0; round < 4; ++round) {
+    ping.payload[0] = 1;
+    ping.length = round;  // so that the cut is at another byte
+    many.front() = {0, 0, engine::testing::MessageOf(ping)};
+    const uint64_t before = server_.link().counters().undeliverable;
+    server_.link().Send(many);
+    ASSERT_TRUE(Eventually([&] {
+      int unread = 0;
+      return ioctl(robot.descriptor(), FIONREAD, &unread) == 0 && unread > 0;
+    }));
+    permit_now_ms = 100'001;
+    while (server_.link().counters().undeliverable == before) {
+      robot.Receive(milliseconds(10));
+    }
+    permit_now_ms = 1'000;
+    std::optional<protocol::Message> message = robot.Receive(std::chrono::seconds(5));
+    while (message && !IsHaltOfAllRobots(message)) {
+      message = robot.Receive(std::chrono::seconds(5));
+    }
+    ASSERT_TRUE(message) << int{round};
+  }
 }
 
 TEST_F(SharedPtyLinkTest, WhatWouldBeOnTheAirBeyondThePermitIsNotBegun) {

@@ -364,18 +364,27 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   if (out.bytes.empty()) {
     co_return "";
   }
+  size_t pad = 0;
   size_t size = 0;
   error_code error;
   if (options_.permit == nullptr) {
     size = co_await asio::async_write(stream_, asio::buffer(out.bytes),
                                       asio::redirect_error(asio::use_awaitable, error));
   } else {
-    error = co_await WritePermitted(out.bytes, &size);
+    // protocol/README.md, "The pad byte".
+    constexpr uint8_t kPad[] = {0};
+    if (is_cut_) {
+      error = co_await WritePermitted(kPad, &pad);
+    }
+    if (!is_cut_ || pad != 0) {
+      error = co_await WritePermitted(out.bytes, &size);
+    }
   }
   const auto cut = std::upper_bound(out.frame_ends.begin(), out.frame_ends.end(), size);
   const auto frames = static_cast<size_t>(cut - out.frame_ends.begin());
+  is_cut_ = (is_cut_ && pad == 0) || size != (frames == 0 ? 0 : out.frame_ends[frames - 1]);
   record_->Count([&](LinkCounters& counters) {
-    counters.bytes_out += size;
+    counters.bytes_out += pad + size;
     counters.frames_out += frames;
   });
   if (frames != 0 && tapped_.tap != nullptr) {

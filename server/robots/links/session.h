@@ -118,6 +118,7 @@ class Session {
   bool is_refusing_ = false;  // what the channel drops is refused
   bool closed_ = false;
   bool ended_ = false;            // one of reading and writing has
+  bool is_cut_ = false;           // the last frame was not sent to its end
   std::exception_ptr exception_;  // with which it did
 };
 
