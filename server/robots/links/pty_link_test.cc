@@ -210,9 +210,10 @@ TEST_F(SharedPtyLinkTest, WhatThePermitEndsBeforeIsRefusedAndAHaltOfAllInItIsSen
   EXPECT_TRUE(message);
   EXPECT_LT(received, kPings);
   EXPECT_EQ(server_.link().counters().undeliverable, kPings - received);
+  const size_t sent = received * Wire(PingOf(3, 1)).size() + Wire(HaltOfAll().message).size();
+  EXPECT_TRUE(
+      Eventually([&] { return RememberingTap::Together(tap_.written(), 1).size() == sent; }));
   EXPECT_EQ(server_.link().counters().frames_out, received + 1);
-  EXPECT_EQ(RememberingTap::Together(tap_.written(), 1).size(),
-            received * Wire(PingOf(3, 1)).size() + Wire(HaltOfAll().message).size());
 }
 
 // Also if what was sent of the last frame ends with the first of two DLE: there is no gap timeout.
