@@ -55,21 +55,6 @@ class LabOutputs {
     uint64_t rasters = 0;  // in it
   };
 
-  static Result<File> Make(const std::string& path);
-  static Status Write(const File& file, std::string_view text);
-  static Status Append(const maps::Raster& raster, File* stack);
-
-  explicit LabOutputs(LabOutputOptions options) : options_(std::move(options)) {}
-
-  Status WriteSeries(const lab::World& world, bool is_first);
-  Status WriteTracks(const lab::World& world, bool is_first);
-  Status WriteRobots(const lab::World& world);
-  Status WritePictures(const lab::World& world);
-
-  LabOutputOptions options_;
-  File series_;
-  File tracks_;
-  std::map<uint8_t, File> stacks_;  // by the pheromone's type
   struct Mcap {
     explicit Mcap(File to)
         : file(std::move(to)),
@@ -80,8 +65,24 @@ class LabOutputs {
     mcap::Writer writer;
     std::map<std::string, uint16_t> channels = {};
   };
+
+  static Result<File> Make(const std::string& path);
+  static Status Write(const File& file, std::string_view text);
+  static Status Append(const maps::Raster& raster, File* stack);
+
+  explicit LabOutputs(LabOutputOptions options) : options_(std::move(options)) {}
+
+  Status WriteSeries(const lab::World& world, bool is_first);
+  Status WriteTracks(const lab::World& world, bool is_first);
+  Status WriteRobots(const lab::World& world);
+  Status WritePictures(const lab::World& world);
   Status WriteMcap(const std::string& topic, std::string_view schema, uint64_t now_ms,
                    std::string_view message);
+
+  LabOutputOptions options_;
+  File series_;
+  File tracks_;
+  std::map<uint8_t, File> stacks_;  // by the pheromone's type
   std::unique_ptr<Mcap> mcap_;
   int64_t next_ms_ = 0;
   int moment_ = 0;

@@ -22,6 +22,17 @@ BIN = pathlib.Path()
 QUANTUM, MAXIMUM, CELL_M = 0.015625, 2.0, 0.1
 COLUMNS, ROWS, PIXELS = 81, 41, 7  # a node in each corner; pixels along the side of its square
 
+PHEROMONES = "".join(f"""
+[[pheromone]]
+type = {number}
+name = "{name}"
+core_m = 0.1
+sigma_m = 0.4
+tau_s = 0
+quantum = {QUANTUM}
+maximum = {MAXIMUM}
+""" for number, name in ((1, "trail"), (2, "other")))
+
 # Two robots that lay a trail where there is none.
 SCENARIO = f"""
 [run]
@@ -32,23 +43,7 @@ height_m = {(ROWS - 1) * CELL_M}
 cell_m = {CELL_M}
 [antennas]
 bias_m = 0.33
-[[pheromone]]
-type = 1
-name = "trail"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 0
-quantum = {QUANTUM}
-maximum = {MAXIMUM}
-[[pheromone]]
-type = 2
-name = "other"
-core_m = 0.1
-sigma_m = 0.4
-tau_s = 0
-quantum = {QUANTUM}
-maximum = {MAXIMUM}
-[[robots]]
+{PHEROMONES}[[robots]]
 name = "ants"
 behaviour = "follow"
 starts = [[1.0, 3.0, 0.0], [5.0, 1.0, 0.0]]

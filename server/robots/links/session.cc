@@ -371,14 +371,12 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
     size = co_await asio::async_write(stream_, asio::buffer(out.bytes),
                                       asio::redirect_error(asio::use_awaitable, error));
   } else {
-    // protocol/README.md, "The pad byte".
-    constexpr uint8_t kPad[] = {0};
-    if (is_cut_) {
-      error = co_await WritePermitted(kPad, &pad);
-    }
-    if (!is_cut_ || pad != 0) {
-      error = co_await WritePermitted(out.bytes, &size);
-    }
+    const ptrdiff_t pads = is_cut_ ? 1 : 0;  // protocol/README.md, "The pad byte"
+    out.bytes.insert(out.bytes.begin(), static_cast<size_t>(pads), 0);
+    error = co_await WritePermitted(out.bytes, &size);
+    out.bytes.erase(out.bytes.begin(), out.bytes.begin() + pads);
+    pad = std::min(size, static_cast<size_t>(pads));
+    size -= pad;
   }
   const auto cut = std::upper_bound(out.frame_ends.begin(), out.frame_ends.end(), size);
   const auto frames = static_cast<size_t>(cut - out.frame_ends.begin());
