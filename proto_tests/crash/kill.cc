@@ -292,9 +292,10 @@ int ServeUntilKilled(const std::string& path, uint64_t seed) {
       }
       Report(kSnapshotBegins, mine->header().sequence);
       const auto written = journal::SnapshotWriter::Write(mine.get(), folder.value().get());
-      std::promise<void> on_disk;
-      log.WhenOnDisk(mine->header().sequence, [&on_disk] { on_disk.set_value(); });
-      on_disk.get_future().wait();
+      // Shared: set_value is still at work when a waiter returns.
+      const auto on_disk = std::make_shared<std::promise<void>>();
+      log.WhenOnDisk(mine->header().sequence, [on_disk] { on_disk->set_value(); });
+      on_disk->get_future().wait();
       if (written.ok() && written.value()->GiveName().ok()) {
         (void)journal::RemoveWhatIsNotNeeded(2, folder.value().get());
       }

@@ -116,9 +116,10 @@ class Snapshots {
     if (!written.ok()) {
       return false;
     }
-    std::promise<void> on_disk;
-    log_->WhenOnDisk(written.value()->sequence(), [&on_disk] { on_disk.set_value(); });
-    on_disk.get_future().wait();
+    // Shared: set_value is still at work when a waiter returns.
+    const auto on_disk = std::make_shared<std::promise<void>>();
+    log_->WhenOnDisk(written.value()->sequence(), [on_disk] { on_disk->set_value(); });
+    on_disk->get_future().wait();
     return written.value()->GiveName().ok() && journal::RemoveWhatIsNotNeeded(2, folder_).ok();
   }
 

@@ -16,10 +16,10 @@ using std::chrono::hours;
 using std::chrono::milliseconds;
 
 TEST(DeadlinesTest, CallsAreMadeInTheOrderOfTheirTimesAndNotBefore) {
+  std::vector<int> order;   // of the deadlines' thread, until the promise
+  std::promise<void> over;  // outlives the thread: set_value is at work when a waiter returns
   Deadlines deadlines;
   const auto begin = std::chrono::steady_clock::now();
-  std::vector<int> order;  // of the deadlines' thread, until the promise
-  std::promise<void> over;
   deadlines.After(milliseconds(30), [&](bool stopped) {
     EXPECT_FALSE(stopped);
     EXPECT_GE(std::chrono::steady_clock::now() - begin, milliseconds(30));
@@ -57,8 +57,8 @@ TEST(DeadlinesTest, StopMakesTheCallsThatRemainAndThenAllAreMadeAtOnce) {
 }
 
 TEST(DeadlinesTest, ACallMayAskForAnother) {
-  Deadlines deadlines;
   std::promise<void> over;
+  Deadlines deadlines;
   int left = 5;
   std::function<void(bool)> again = [&](bool) {
     if (--left == 0) {

@@ -1,4 +1,6 @@
 // Work on other threads: in order, bounded, and dropped rather than waited for at the end.
+//
+// A promise outlives the thread that sets it: set_value is still at work when a waiter returns.
 
 #include "server/daemon/work_queue.h"
 
@@ -20,12 +22,12 @@ namespace {
 class Blocker {
  public:
   explicit Blocker(WorkQueue* queue) {
-    std::promise<void> begun;
-    EXPECT_TRUE(queue->Add([this, &begun] {
-      begun.set_value();
+    const auto begun = std::make_shared<std::promise<void>>();
+    EXPECT_TRUE(queue->Add([this, begun] {
+      begun->set_value();
       go_on_.get_future().wait();
     }));
-    begun.get_future().wait();
+    begun->get_future().wait();
   }
   void GoOn() { go_on_.set_value(); }
 
@@ -34,9 +36,9 @@ class Blocker {
 };
 
 TEST(WorkQueueTest, WorkIsDoneInItsOrder) {
-  WorkQueue queue({.name = "test"});
   std::vector<int> done;
   std::promise<void> over;
+  WorkQueue queue({.name = "test"});
   for (int i = 0; i < 5; ++i) {
     ASSERT_TRUE(queue.Add([&done, i] { done.push_back(i); }));
   }
@@ -46,10 +48,10 @@ TEST(WorkQueueTest, WorkIsDoneInItsOrder) {
 }
 
 TEST(WorkQueueTest, AFullQueueTakesNoMoreUntilThereIsRoom) {
-  WorkQueue queue({.name = "test", .max_waiting = 2});
-  Blocker blocker(&queue);
   std::promise<void> over;
   int done = 0;
+  WorkQueue queue({.name = "test", .max_waiting = 2});
+  Blocker blocker(&queue);
   EXPECT_TRUE(queue.Add([&done] { ++done; }));
   EXPECT_TRUE(queue.Add([&] {
     ++done;
@@ -79,8 +81,8 @@ TEST(WorkQueueTest, CloseWaitsForWhatIsDoneAndDropsWhatWaits) {
 }
 
 TEST(WorkQueueTest, WorkThatThrowsEndsNeitherTheThreadNorTheProcess) {
-  WorkQueue queue({.name = "test"});
   std::promise<void> over;
+  WorkQueue queue({.name = "test"});
   ASSERT_TRUE(queue.Add([] { throw std::runtime_error("out of memory, say"); }));
   ASSERT_TRUE(queue.Add([&over] { over.set_value(); }));
   over.get_future().wait();
@@ -88,14 +90,14 @@ TEST(WorkQueueTest, WorkThatThrowsEndsNeitherTheThreadNorTheProcess) {
 
 TEST(WorkQueueTest, OnlyAThreadThatYieldsRunsAfterTheOthers) {
   const auto look = [](WorkQueue* queue) {
-    std::promise<std::pair<int, int>> found;
-    EXPECT_TRUE(queue->Add([&found] {
+    const auto found = std::make_shared<std::promise<std::pair<int, int>>>();
+    EXPECT_TRUE(queue->Add([found] {
       int policy = -1;
       sched_param ignored{};
       pthread_getschedparam(pthread_self(), &policy, &ignored);
-      found.set_value({policy, getpriority(PRIO_PROCESS, 0)});
+      found->set_value({policy, getpriority(PRIO_PROCESS, 0)});
     }));
-    return found.get_future().get();
+    return found->get_future().get();
   };
   const int nice = getpriority(PRIO_PROCESS, 0);
   WorkQueue plain({.name = "plain"});

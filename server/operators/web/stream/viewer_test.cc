@@ -75,12 +75,13 @@ class ViewerTest : public ::testing::Test {
 
   // On the viewer's thread.
   void With(const std::function<void()>& call) {
-    std::promise<void> done;
-    asio::post(io_, [&] {
+    // Shared: set_value is still at work when a waiter returns.
+    const auto done = std::make_shared<std::promise<void>>();
+    asio::post(io_, [&call, done] {
       call();
-      done.set_value();
+      done->set_value();
     });
-    done.get_future().wait();
+    done->get_future().wait();
   }
 
   // Its answer comes after all that was sent before has left.
