@@ -4,6 +4,7 @@
     lab_experiments_test.py BUILD_DIR [UNITTEST ARGUMENT...]
 """
 
+import csv
 import pathlib
 import sys
 import types
@@ -14,13 +15,14 @@ import numpy as np
 
 sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = map(str, (HERE, HERE / "arms", HERE / "maze", HERE / "synapses", HERE.parent / "lab/python/testing"))
+sys.path[:0] = map(str, (HERE, HERE / "arms", HERE / "bridge", HERE / "maze", HERE / "synapses", HERE.parent / "lab/python/testing"))
 
 import built  # noqa: E402  (after the path)
 
 lab = built.load(sys.argv.pop(1))
 
 import arms  # noqa: E402  (after pheromone_lab)
+import bridge_lab  # noqa: E402
 import maze  # noqa: E402
 import road_ants  # noqa: E402
 import synapses  # noqa: E402
@@ -63,6 +65,80 @@ class ExperimentsTest(unittest.TestCase):
             choices = arms.simulate(3, "again")
         of_bridge = choices[2:].sum(axis=(0, 3))
         self.assertTrue((of_bridge >= 10 * 450 / (2 * 13.2 / 0.3 + 60)).all(), of_bridge)
+
+    def test_corridors_in_the_lab_are_those_of_the_bridge(self):
+        corridors = bridge_lab.corridors(2)
+        with open(HERE / "bridge/results/bridge-arena.csv", encoding="utf-8") as file:  # by arena.cc
+            rows = [row for row in csv.DictReader(file) if row["what"] == "corridor"]
+        first = [row for row in rows if (row["seed"], row["time_s"]) == (rows[0]["seed"], rows[0]["time_s"])]
+        for number, line in enumerate(corridors):
+            expected = [(float(row["x_m"]), float(row["y_m"])) for row in first if int(row["number"]) == number]
+            np.testing.assert_allclose(line, expected, atol=0.00051)
+        # Of bridges side by side no antenna, 0.165 m from its robot, is within 0.5 m of another's trail. Walls are 0.14 m
+        # from the centre lines at most, and nodes half a cell's diagonal from the robots that deposit.
+        extent = np.ptp(np.concatenate(corridors), axis=0)
+        self.assertTrue((extent + 2 * 0.14 + 0.165 + 0.5 + 0.071 < bridge_lab.TILE_M).all(), extent)
+
+    def test_branches_of_a_bridge_without_pheromone_are_chosen_evenly_and_fill_by_their_length(self):
+        off = np.zeros(2)
+
+        def compare(world, swarms):
+            robots = world.groups["robots"]
+            tile = np.repeat(np.arange(20), 8)
+            x_m, y_m = robots.true_x_m - 7 * (tile % 14), robots.true_y_m - 5 * (tile // 14)
+            aside = np.sin((robots.true_heading_rad - swarms.heading) / 2) * 2
+            off[:] = np.maximum(off, (np.hypot(x_m - swarms.x_m, y_m - swarms.y_m).max(), np.abs(aside).max()))
+            self.assertFalse(robots.p_left[0].any() or robots.p_right[0].any())
+
+        _, swarms, choices = bridge_lab.simulate(1, 20, 300, quanta=0, on_sensed=compare)
+        # Six choices in 300 s: 5.6 m and 2 s on the short way, 9.1 m on the long one.
+        self.assertGreater(len(choices), 160 * (300 - 5) / 33)
+        took_short = choices[:, 2].sum()
+        self.assertLess(abs(took_short - len(choices) / 2), 2.58 * np.sqrt(len(choices)) / 2)  # 99 %
+        self.assertAlmostEqual(swarms.steps_on[0].sum() / swarms.steps_on.sum(), 1 / 3, delta=0.03)
+        # The lab's wheels roll multiples of 1 mm in a move: half of it along, and on the spot 1/0.33 mrad.
+        np.testing.assert_array_less(off, (0.001, 0.0031))
+
+    def test_robots_on_a_bridge_in_the_lab_take_the_branch_that_is_marked(self):
+        scenario, (nest_stem, *branches, food_stem) = bridge_lab.scenario, bridge_lab.corridors(2)
+        for marked, short_share in zip(branches, (1, 0)):
+            def with_trail(*arguments, marked=marked):
+                paths = [{"pheromone": "trail", "points_m": line.round(6).tolist()} for line in (nest_stem, marked, food_stem)]
+                return {**scenario(*arguments), "path": paths}
+
+            with mock.patch.object(bridge_lab, "scenario", with_trail):
+                _, _, choices = bridge_lab.simulate(2, 1, 150, quanta=0, tau_s=0)
+            self.assertGreater(len(choices), 20)
+            self.assertLess(abs(choices[:, 2].mean() - short_share), 0.1)
+
+    def test_each_period_of_a_robot_on_a_bridge_in_the_lab_leaves_one_quantum(self):
+        moved, before = 0, None
+
+        def count(world, _):
+            nonlocal moved, before
+            x_m = world.groups["robots"].true_x_m.copy()
+            moved += 0 if before is None else int((x_m != before).sum())
+            before = x_m
+
+        # They drive all the time, and no node gets more than the 32 quanta that fill it.
+        world, _, _ = bridge_lab.simulate(3, 2, 15, tau_s=0, on_sensed=count)
+        count(world, None)
+        self.assertGreater(moved, 16 * 10 / 0.2)
+        self.assertEqual(world.levels("trail").sum() * 32, moved)
+
+    def test_bridges_in_the_lab_can_be_repeated(self):
+        runs = [bridge_lab.simulate(seed, 3, 60) for seed in (1, 1, 2)]
+        rows = [bridge_lab.runs_of(swarms, choices, 60) for _, swarms, choices in runs]
+        hashes = [world.hash() for world, _, _ in runs]
+        self.assertEqual((hashes[0], rows[0]), (hashes[1], rows[1]))
+        self.assertNotEqual(hashes[0], hashes[2])
+
+    def test_a_swarm_on_a_bridge_in_the_lab_has_decided_by_its_last_quarter(self):
+        late = [(900, 0, 1)] * 4 + [(1199, 0, 0)] + [(900, 1, 0)] * 9 + [(901, 1, 1)] + [(899, 2, 1)] * 9 + [(900, 2, 0)]
+        choices = np.array(late + [(900, 2, 1)]) * (1000, 1, 1)
+        runs = bridge_lab.runs_of(bridge_lab.Swarms(3 * 8), choices, 1200)
+        self.assertEqual([(row["final_share"], row["outcome"]) for row in runs],
+                         [(0.8, "short"), (0.1, "long"), (0.5, "undecided")])
 
     def test_the_maze_is_the_drawn_one(self):
         for gate_open, shortest in ((True, 10), (False, 18)):

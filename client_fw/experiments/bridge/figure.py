@@ -7,14 +7,18 @@
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "deploy/pictures"))
+EXPERIMENTS = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(EXPERIMENTS), str(EXPERIMENTS.parents[1] / "deploy/pictures")]
 
 import figure_style as style  # noqa: E402  (after the path)
 from figure_style import pyplot  # noqa: E402
+from sweeps import Z, wilson  # noqa: E402
 
 OUTCOMES = {"short": (style.BLUE, "o"), "undecided": (style.GREY, "D"), "long": (style.VERMILION, "s")}
 CONTROLS = 6  # the base and the controls come first
 BINS = 20
+# Of the base case, by level of the lab: whether it is of bridge_lab.py, and its experiment.
+LEVELS = {"field": (True, "base"), "firmware": (False, "base"), "radio": (False, "over the radio")}
 
 
 def draw_shares(minutes, runs):
@@ -138,8 +142,40 @@ def draw_arena(rows):
     return figure
 
 
+def draw_levels(minutes, rows, lab_minutes, lab_rows):
+    """The base case at each level of the lab: choices over time, and where the swarms ended."""
+    figure, (time, ended) = pyplot.subplots(1, 2, figsize=(10, 3.6), gridspec_kw={"width_ratios": [3, 2]})
+    for (level, (in_lab, name)), colour, mark in zip(LEVELS.items(), style.COLOURS, style.MARKS):
+        row, = (row for row in (lab_rows if in_lab else rows) if row["experiment"] == name)
+        of = [it for it in (lab_minutes if in_lab else minutes) if it["experiment"] == name]
+        x, share = [it["minute"] + 0.5 for it in of], [100 * it["share"] for it in of]
+        half = [100 * Z * it["deviation"] / row["runs"] ** 0.5 for it in of]
+        time.plot(x, share, color=colour, marker=mark, label=level)
+        time.fill_between(x, [a - b for a, b in zip(share, half)], [a + b for a, b in zip(share, half)], color=colour,
+                          alpha=0.15, linewidth=0)
+        decided = row["short"] + row["long"]
+        for y, (part, whole) in enumerate(((row["short"], decided), (row["short"], row["runs"]), (decided, row["runs"]))):
+            low, high = wilson(part, whole)
+            ended.errorbar(100 * part / whole, y + 0.2 * (list(LEVELS).index(level) - 1), color=colour, marker=mark,
+                           capsize=2.5, xerr=[[100 * (part / whole - low)], [100 * (high - part / whole)]])
+    time.set_ylim(40, 80)
+    time.set_xticks(range(0, 21, 5))
+    time.set_xlabel("time, min")
+    time.set_ylabel("short branch, % of choices")
+    time.set_title("choices: mean over swarms and its 95 % interval")
+    ended.set_yticks((0, 1, 2), ("short,\nof decided", "short,\nof all", "decided,\nof all"))
+    ended.set_ylim(2.5, -0.5)
+    ended.set_xlim(0, 100)
+    ended.set_xlabel("swarms, %")
+    ended.set_title("where they ended, Wilson's 95 % interval")
+    figure.suptitle("The base case at the levels of the lab")
+    style.legend_below(figure, [time])
+    return figure
+
+
 FIGURES = {"bridge-share": (draw_shares, "bridge-share.csv", "bridge-runs.csv"),
            "bridge-outcomes": (draw_outcomes, "bridge.csv", "bridge-runs.csv"),
+           "bridge-levels": (draw_levels, "bridge-share.csv", "bridge.csv", "bridge-lab-share.csv", "bridge-lab.csv"),
            "bridge-choices": (draw_choices, "bridge-choices.csv"),
            "bridge-arena": (draw_arena, "bridge-arena.csv")}
 
