@@ -12,7 +12,7 @@ namespace {
 constexpr uint8_t kHalfFirstHelloMs = 50;
 constexpr uint8_t kLongestWindowMs = 255;  // that a server can announce
 constexpr uint8_t kHelloDoublings = 3;
-constexpr uint8_t kSilentSlots = 64;        // without the server are too many for a crowd's noise
+constexpr uint8_t kSilentSlots = 200;       // without the server are too many for a crowd's noise
 constexpr uint16_t kTurnPatienceMs = 8000;  // without a turn the server has forgotten us
 constexpr uint16_t kLongestStepMs = 0x7FFF;
 
@@ -96,10 +96,8 @@ void Conversation::OnSent(Moment now_ms) {
 }
 
 void Conversation::CheckSilence() {
-  if (requests_.greeted && phase_ != Phase::kAwaiting && timers_[kContacted] == 0) {
-    behaviour_.OnSilence();
-    SayHello();
-    Contend();
+  if (requests_.greeted && phase_ != Phase::kAwaiting && timers_[kContacted] == 0 && HasTurns()) {
+    GiveUp();
   }
   if (ack_due_ && timers_[kAckDue] == 0) {
     ack_due_ = false;  // the server has stopped waiting, and will repeat the command
@@ -128,7 +126,7 @@ void Conversation::Retry() {
   if (attempt_ == kMaxRetries) {
     Count(&Counters::abandoned);
     medium_.OnOutcome(MediumAccess::kAbandoned);
-    Rest();
+    GiveUp();
   } else {
     // Air loses answers, so there the change is repeated once before it counts as waiting; a
     // buffered link does not.
@@ -160,6 +158,18 @@ void Conversation::WaitForHello() {
   timers_[kPause] =
       static_cast<uint16_t>((kHalfFirstHelloMs + medium_.Draw(kHalfFirstHelloMs)) << doublings);
   Contend(MediumAccess::kAtOnce);
+}
+
+// Nothing was answered, or there was nothing to ask. Only then is a silent server taken for one that is
+// not there: in bad air it is not heard for longer, and HELLO and its answer arrive more seldom than
+// any request.
+void Conversation::GiveUp() {
+  if (timers_[kContacted] == 0) {
+    behaviour_.OnSilence();
+    GreetAgain();
+  } else {
+    Rest();
+  }
 }
 
 // Waits for the next period. If it has already begun, a random delay lets others go first.

@@ -126,6 +126,7 @@ class Conversation : private ConversationState {
   void Retry();
   void SayHello();
   void WaitForHello();
+  void GiveUp();
   void Rest();
   uint16_t NeededMs() const;
   uint16_t PeriodMs();
@@ -152,6 +153,7 @@ class Conversation : private ConversationState {
   bool MakeRequest(const Odometry* odometry);
   bool MakeFresh(const Odometry& odometry, uint8_t* opcode);
   bool AppendCoordinate(int32_t mm);
+  void AppendByte(uint8_t value);
   void Append(uint16_t value);
   void AppendSeq();
   void MakeEvent();

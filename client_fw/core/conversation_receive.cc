@@ -173,8 +173,7 @@ void Conversation::OnRefusal(Reason reason) {
   if (asked_opcode_ == protocol::kHello) {
     WaitForHello();
   } else if (reason == Reason::kSayHello) {
-    SayHello();
-    Contend();
+    GreetAgain();
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
     medium_.OnOutcome(MediumAccess::kBusy);
     if (RequestPending()) {

@@ -127,8 +127,7 @@ void Conversation::LeaveRounds() {
   }
   if (in_rounds_) {
     in_rounds_ = false;
-    SayHello();
-    Contend();
+    GreetAgain();
   }
 }
 

@@ -22,7 +22,7 @@ void Conversation::Begin(const Odometry* odometry) {
     Send(protocol::kPing, data, kPingSize);
   } else if (!MakeRequest(odometry)) {
     timers_[kPeriod] = PeriodMs();
-    Rest();
+    GiveUp();
   }
 }
 
@@ -132,22 +132,26 @@ bool Conversation::AppendCoordinate(int32_t mm) {
   return true;
 }
 
+PHEROMONE_OUTLINED void Conversation::AppendByte(uint8_t value) {
+  fresh_[fresh_length_++] = value;
+}
+
 void Conversation::Append(uint16_t value) {
-  protocol::PutU16(fresh_ + fresh_length_, value);
-  fresh_length_ = static_cast<uint8_t>(fresh_length_ + 2);
+  AppendByte(static_cast<uint8_t>(value & 0xFFu));
+  AppendByte(static_cast<uint8_t>(value >> 8));
 }
 
 // Requests with a seq begin with it; it is used up once the request is pending.
 PHEROMONE_OUTLINED void Conversation::AppendSeq() {
-  fresh_[0] = static_cast<uint8_t>(memory_->seq + 1u);
-  fresh_length_ = 1;
+  AppendByte(static_cast<uint8_t>(memory_->seq + 1u));
 }
 
 void Conversation::MakeEvent() {
   protocol::EventCode event = protocol::EventCode();
   const int16_t argument = behaviour_.TakeEvent(&event);
+  fresh_length_ = 0;
   AppendSeq();
-  fresh_[fresh_length_++] = static_cast<uint8_t>(event);
+  AppendByte(static_cast<uint8_t>(event));
   Append(static_cast<uint16_t>(argument));
   MakePending(protocol::kEvent);
 }

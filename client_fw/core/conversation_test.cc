@@ -295,10 +295,13 @@ TEST(FailSafeTest, StopsWhenAnswersStop) {
 TEST(FailSafeTest, SaysHelloAgainAfterTheSilenceAndGoesOnWithAnAnswer) {
   Harness harness;
   harness.GreetAndServe(1500);
-  harness.Run(700);
+  harness.Run(200 * kTestSlotMs);
   EXPECT_EQ(kFailSafe, harness.conversation.state().flags);
-  ASSERT_TRUE(harness.RunUntilSent());
-  EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+  const uint32_t abandoned = harness.counters().abandoned;
+  while (harness.sent.opcode != protocol::kHello) {
+    ASSERT_TRUE(harness.RunUntilSent());
+  }
+  EXPECT_LE(harness.counters().abandoned, abandoned + 1);
   harness.hello.pose_unit_10um = 1000;  // as reconfigured meanwhile
   harness.AnswerHello();
   EXPECT_EQ(kStill, harness.conversation.state().wheels);
@@ -307,6 +310,34 @@ TEST(FailSafeTest, SaysHelloAgainAfterTheSilenceAndGoesOnWithAnAnswer) {
   harness.Answer(0, 0);
   EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   EXPECT_EQ(1u, harness.counters().fail_safe_stops);
+}
+
+// In bad air HELLO and its answer arrive more seldom than a request: robots that said it after
+// every silence would say little else.
+TEST(FailSafeTest, HelloIsSaidAgainOnlyWhenARequestWasGivenUp) {
+  Parameters parameters = TestParameters();
+  parameters.fail_safe_ms = 100;
+  Harness harness(parameters);
+  harness.hello.slot_ms = 1;
+  harness.Greet();
+  for (int bad = 0; bad < 20; ++bad) {
+    const uint32_t silent_from_ms = harness.now_ms;
+    for (int tries = 0; tries <= kMaxRetries; ++tries) {
+      ASSERT_TRUE(harness.RunUntilSent());
+      ASSERT_EQ(protocol::kSense | 2, harness.sent.opcode) << bad << ' ' << tries;
+    }
+    EXPECT_GT(harness.now_ms - silent_from_ms, 200u) << "slots";
+    harness.Answer(0, 0);
+    ASSERT_EQ(kStraight, harness.conversation.state().wheels);
+  }
+  EXPECT_EQ(1u, harness.counters().hellos);
+  for (int tries = 0; tries <= kMaxRetries; ++tries) {
+    ASSERT_TRUE(harness.RunUntilSent());
+    ASSERT_EQ(protocol::kSense | 2, harness.sent.opcode) << tries;
+  }
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+  EXPECT_EQ(1u, harness.counters().abandoned);
 }
 
 TEST(FailSafeTest, OthersAnswersDoNotCount) {
@@ -347,7 +378,6 @@ TEST(FailSafeTest, PauseOfTheWholeLoopStopsTheRobot) {
     EXPECT_EQ(1u, harness.counters().fail_safe_stops);
     harness.Serve(1000);
     EXPECT_EQ(kStraight, harness.conversation.state().wheels) << pause_ms;
-    EXPECT_EQ(2u, harness.counters().hellos);
   }
 }
 

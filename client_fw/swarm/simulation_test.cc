@@ -49,7 +49,7 @@ TEST(Simulation, LostFramesAreCountedAndTheRobotRecovers) {
   // only, and there are few.
   const uint32_t ended =
       counters.answers + counters.hello_answers + counters.timeouts + counters.errors;
-  EXPECT_GE(ended, counters.requests + counters.hellos);
+  EXPECT_GE(ended + 1, counters.requests + counters.hellos) << "one may be on its way";
   EXPECT_LE(ended, counters.requests + counters.hellos + 5);
   EXPECT_GE(counters.answers, 50u);  // of 100 periods, more than a third of the exchanges lost
 }

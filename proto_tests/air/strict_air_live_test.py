@@ -282,7 +282,7 @@ def count_once(arguments, damaged, contends):
         before = 0
         while before < arguments.changes:
             # Those that contend take long to say HELLO to each daemon.
-            for _ in range(chance.randrange(1, 5) * (6 if contends else 1)):
+            for _ in range(chance.randrange(1, 5) * (6 if contends else 1) * arguments.calm):
                 time.sleep(chance.uniform(0.5, 4))
                 if not contends:
                     chance.choice(channel.robots).send_signal(signal.SIGUSR1)
@@ -342,6 +342,8 @@ def main():
         parser.add_argument(folder, type=lambda path: pathlib.Path(path).resolve())
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--changes", type=int, default=10_000, help="of each run of once")
+    parser.add_argument("--calm", type=int, default=1, metavar="N",
+                        help="N times as long between two kills of once")
     parser.add_argument("--strict", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("cases", nargs="*", metavar="CASE", help=" ".join(CASES))

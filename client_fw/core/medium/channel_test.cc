@@ -114,7 +114,7 @@ TEST(ChannelTest, RobotIsNotMuteAfterALongBusySpell) {
       Crowd(busy_ms, &harness);
       EXPECT_EQ(before, harness.frames_sent);
       EXPECT_TRUE(harness.RunUntilSent(2000)) << busy_ms;
-      EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+      EXPECT_EQ(told ? protocol::kSense | 2 : protocol::kHello, harness.sent.opcode);
     }
   }
 }
