@@ -183,11 +183,20 @@ Message ConversationWorld::TakeSent(uint8_t seq_before) {
   return sent;
 }
 
-// The channel is busy so long that all its timers run down.
+// The channel is busy so long that all its timers run down, and then loses what is repeated until
+// the robot gives it up.
 void ConversationWorld::HearNothing() {
   --left_.silences;
   now_ms_ += kSilenceMs;
   robot_.Poll(now_ms_, nullptr, true);
+  for (uint32_t waited = 0; waited < kPatienceMs && robot_.requests().greeted; ++waited) {
+    ++now_ms_;
+    const uint8_t seq_before = memory_.seq;
+    robot_.Poll(now_ms_, nullptr, false);
+    if (robot_.tx_size() != 0) {
+      TakeSent(seq_before);
+    }
+  }
 }
 
 void ConversationWorld::Arrive(size_t frame, bool also_later) {
