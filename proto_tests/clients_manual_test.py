@@ -76,7 +76,7 @@ class ClientsManualTest(unittest.TestCase):
         for program in WITH_COMMANDS:
             self.assertEqual(offered(program, ""), commands_of(program))
         self.assertEqual(offered("pheromone-swarm", "pi"), {"pioneer"})
-        self.assertEqual(offered("pheromone-swarm", "lab", ""), {"run", "list"})
+        self.assertEqual(offered("pheromone-swarm", "lab", ""), {"run", "list", "config"})
         self.assertEqual(offered("pheromone-swarm", "lab", "run", "--s"),
                          {"--set", "--seed", "--series", "--summary"})
         for words in [*((program,) for program in ROBOTS), *((program,) for program in WITH_COMMANDS),

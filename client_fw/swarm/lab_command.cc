@@ -9,19 +9,21 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "client_fw/boards/host/real_time.h"
 #include "client_fw/lab/commit.h"
 #include "client_fw/lab/scenario/run.h"
 #include "client_fw/lab/scenario/scenario.h"
 #include "client_fw/lab/scenario/summary.h"
 #include "client_fw/lab/scenario/sweep.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/daemon_links.h"
 #include "client_fw/swarm/lab_outputs.h"
 #include "client_fw/swarm/lab_radio.h"
 #include "client_fw/swarm/progress_bar.h"
-#include "server/base/file.h"
 #include "server/base/format.h"
 #include "server/base/number_check.h"
 
@@ -34,6 +36,7 @@ struct LabOptions {
   std::optional<uint64_t> seed;
   int threads = 1;
   std::string summary;
+  std::vector<std::string> daemon;  // addresses of its links; none: the engine in this process
   LabOutputOptions outputs;
   std::optional<double> every_s;
 };
@@ -52,6 +55,39 @@ Result<lab::KeyValues> SettingsOf(const LabOptions& options) {
     settings.emplace_back("run.seed", std::to_string(*options.seed));
   }
   return settings;
+}
+
+// Who has the pheromones, and answers as late as it does, leaves nothing to these.
+Status CheckForDaemon(const LabOptions& options, const lab::LabScenario& scenario) {
+  if (scenario.level != lab::Level::kFirmware) {
+    return Error{fmt::format("--daemon: found run.level = \"{}\", expected \"firmware\"",
+                             lab::NameOf(scenario.level))};
+  }
+  if (scenario.world.radio) {
+    return Error{
+        "--daemon: found radio.model = \"rounds\", expected \"ideal\": the daemon answers "
+        "when it does"};
+  }
+  for (const auto& [option, value, instead] :
+       {std::tuple("--maps", &options.outputs.maps, "pheromonectl map export"),
+        std::tuple("--frames", &options.outputs.frames, "the dashboard"),
+        std::tuple("--mcap", &options.outputs.mcap, "pheromonectl capture, then export")}) {
+    if (!value->empty()) {
+      return Error{fmt::format("{}: with --daemon, the daemon has the pheromones, expected {}",
+                               option, instead)};
+    }
+  }
+  if (!options.summary.empty()) {
+    return Error{"--summary: a run with --daemon cannot be repeated by its seed, expected none"};
+  }
+  return Ok();
+}
+
+Result<std::shared_ptr<DaemonLinks>> OpenDaemon(const LabOptions& options,
+                                                const lab::LabScenario& scenario) {
+  PHEROMONE_TRY(const std::vector<DaemonAddress> addresses, ParseAddresses(options.daemon));
+  PHEROMONE_TRY_STATUS(CheckForDaemon(options, scenario));
+  return DaemonLinks::Open(addresses, scenario);
 }
 
 int RunOne(const LabOptions& options) {
@@ -91,21 +127,40 @@ int RunOne(const LabOptions& options) {
                     ": run.level = \"radio\" has one thread, expected 1",
                 kWrongInput);
   }
+  std::shared_ptr<DaemonLinks> daemon;
+  if (!options.daemon.empty()) {
+    Result<std::shared_ptr<DaemonLinks>> opened = OpenDaemon(options, scenario.value());
+    if (!opened.ok()) {
+      return Fail(opened.error(), kWrongInput);
+    }
+    daemon = std::move(opened.value());
+  }
   Result<LabOutputs> writer = LabOutputs::Open(std::move(outputs));
   if (!writer.ok()) {
     return Fail(writer.error(), kFailed);
   }
   const std::function<void(int64_t)> bar = ProgressBar(scenario.value().duration_ms);
-  const auto look = [&](const lab::World& world) {
+  const volatile std::sig_atomic_t* stop = daemon != nullptr ? StopOnSignals() : nullptr;
+  std::optional<lab::LabResult> stopped;
+  const auto look = [&](const lab::World& world) -> Status {
     if (bar) {
       bar(static_cast<int64_t>(world.time().now_ms()));
     }
-    return writer.value().Look(world);
+    PHEROMONE_TRY_STATUS(writer.value().Look(world));
+    if (stop != nullptr && *stop != 0) {
+      stopped = lab::ResultOf(world);
+      return Error{"stopped"};
+    }
+    return Ok();
   };
-  const Result<lab::LabResult> result = on_air
-                                            ? RunLabOnAir(scenario.value(), bar)
-                                            : lab::RunLab(scenario.value(), options.threads, look);
+  Result<lab::LabResult> result =
+      on_air ? RunLabOnAir(scenario.value(), bar)
+             : lab::RunLab(scenario.value(), options.threads, look, daemon);
+  const double lag_s = daemon != nullptr ? daemon->lag_s() : 0;
   EndProgressBar(bar);
+  if (stopped) {
+    result = *stopped;
+  }
   const Status finished = writer.value().Finish();
   if (!result.ok()) {
     return Fail(result.error(), kFailed);
@@ -117,6 +172,11 @@ int RunOne(const LabOptions& options) {
     if (value) {
       fmt::print("{:<30} {:.6g}\n", name, *value);
     }
+  }
+  if (daemon != nullptr) {
+    fmt::print("{:<30} {:.3f}\n", "lag_s", lag_s);
+    const Status answered = daemon->CheckAnswers();
+    return answered.ok() ? 0 : Fail(answered.error(), kFailed);
   }
   fmt::print("{:<30} {}\n", "hash", HexText(result.value().hash));
   if (options.summary.empty()) {
@@ -140,11 +200,7 @@ Status CheckRuns(const LabOptions& options, const std::vector<lab::SweepRun>& ru
 }
 
 int ListRuns(const LabOptions& options) {
-  const Result<std::string> text = ReadFile(options.file, config::kMaxText);
-  if (!text.ok()) {
-    return Fail(text.error(), kWrongInput);
-  }
-  const Result<config::Value> tree = config::ParseDocument(text.value(), options.file);
+  const Result<config::Value> tree = lab::LoadTree(options.file);
   if (!tree.ok()) {
     return Fail(tree.error(), kWrongInput);
   }
@@ -161,11 +217,40 @@ int ListRuns(const LabOptions& options) {
   return 0;
 }
 
+// The scenario is read whole, so that what the daemon would refuse is told by its place in it.
+int PrintConfig(const LabOptions& options) {
+  const Result<lab::KeyValues> settings = SettingsOf(options);
+  if (!settings.ok()) {
+    return Fail(settings.error(), kWrongInput);
+  }
+  const Result<config::Value> tree = lab::LoadTree(options.file, settings.value());
+  if (!tree.ok()) {
+    return Fail(tree.error(), kWrongInput);
+  }
+  const Result<lab::LabScenario> scenario = lab::LoadLabScenario(options.file, settings.value());
+  if (!scenario.ok()) {
+    return Fail(scenario.error(), kWrongInput);
+  }
+  const Result<std::vector<DaemonAddress>> addresses = ParseAddresses(options.daemon);
+  if (!addresses.ok()) {
+    return Fail(addresses.error(), kWrongInput);
+  }
+  size_t robots = 0;
+  for (const lab::RobotGroup& group : scenario.value().world.groups) {
+    robots += group.starts.size();
+  }
+  if (const Status room = CheckRoom(robots, addresses.value().size()); !room.ok()) {
+    return Fail(room.error(), kWrongInput);
+  }
+  fmt::print("{}", DaemonConfig(tree.value(), addresses.value()));
+  return 0;
+}
+
 }  // namespace
 
 void AddLabCommand(CLI::App* app, int* status) {
-  CLI::App* command =
-      app->add_subcommand("lab", "Swarms of thousands on the server's own field: run, list");
+  CLI::App* command = app->add_subcommand(
+      "lab", "Swarms of thousands on the server's own field: run, list, config");
   command->require_subcommand(1);
   auto options = std::make_shared<LabOptions>();
   const auto add = [&](const std::string& name, const std::string& description) {
@@ -177,10 +262,21 @@ void AddLabCommand(CLI::App* app, int* status) {
     return one;
   };
   CLI::App* run = add("run", "Run a scenario and print what was measured");
-  run->add_option("--set", options->settings,
-                  "Replace a value of the file, such as robots[1].count=20; any number of times")
-      ->allow_extra_args(false)
-      ->type_name("KEY=VALUE");
+  const auto add_set = [&](CLI::App* to) {
+    to->add_option("--set", options->settings,
+                   "Replace a value of the file, such as robots[1].count=20; any number of times")
+        ->allow_extra_args(false)
+        ->type_name("KEY=VALUE");
+  };
+  const auto add_daemon = [&](CLI::App* to, const std::string& description) {
+    return to->add_option("--daemon", options->daemon, description)
+        ->delimiter(',')
+        ->type_name("HOST:PORT[,HOST:PORT...]");
+  };
+  add_set(run);
+  add_daemon(run,
+             "In real time, with a running server: the addresses of its links of kind \"udp\", "
+             "one for each 254 robots; HOST:FIRST-LAST for ports in a row");
   run->add_option("--seed", options->seed, "Replace the seed of the file")->type_name("N");
   run->add_option("--threads", options->threads,
                   "That share the work; the results are the same (default: 1)")
@@ -218,6 +314,13 @@ void AddLabCommand(CLI::App* app, int* status) {
   list->add_option("--summary", options->summary, "That each command appends its row to this file")
       ->type_name("FILE");
   list->callback([options, status] { *status = ListRuns(*options); });
+  CLI::App* config =
+      add("config",
+          "Print the configuration of a server for run --daemon: the scenario's map, "
+          "pheromones and paths, and links");
+  add_set(config);
+  add_daemon(config, "The addresses of the links, as for run")->required();
+  config->callback([options, status] { *status = PrintConfig(*options); });
 }
 
 }  // namespace pheromone::swarm

@@ -1,51 +1,35 @@
 #include "client_fw/lab/firmware/firmware_swarm.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <span>
 #include <utility>
 
+#include "client_fw/lab/firmware/channel.h"
+#include "client_fw/lab/firmware/engine_server.h"
 #include "client_fw/lab/phases.h"
 #include "server/base/hash.h"
 #include "server/core/engine/wire_units.h"
 #include "server/robots/radio/rounds.h"
-#include "server/robots/radio/timing.h"
 
 namespace pheromone::lab {
 namespace {
 
-constexpr size_t kRobotsOfLink = 254;
-constexpr uint16_t kEpoch = 1;
 constexpr int64_t kRoundEveryMs = 1000;
-// As on the channel on which rounds were measured (link/measured_rounds.h), with carrier detect.
-constexpr uint32_t kBaud = client::Parameters().baud;
-constexpr radio::Duration kTwoMs(2'000'000);
-constexpr radio::Timing kTiming{
-    .byte = radio::ByteTime(kBaud), .turnaround = kTwoMs, .processing = kTwoMs};
-
-constexpr uint8_t WholeMs(radio::Duration time) {
-  return static_cast<uint8_t>((time.count() + 999'999) / 1'000'000);
-}
-constexpr uint8_t kSlotMs = WholeMs(kTiming.turnaround);
-constexpr uint8_t kWindowMs = WholeMs(kTiming.ResponseWindow());
-constexpr uint8_t kTurnMs = client::BytesMs(client::kMaxClientFrame, kBaud);
-
-engine::EngineConfig WithLinks(engine::EngineConfig engine, size_t robots) {
-  for (size_t first = 0; first < robots; first += kRobotsOfLink) {
-    engine.links.push_back(
-        {fmt::format("radio-{}", first / kRobotsOfLink + 1), kSlotMs, kWindowMs});
-  }
-  return engine;
-}
+constexpr size_t kStartsWithinMs = 1000;
 
 bool HasIntensities(const std::optional<protocol::RoundAnswer>& answer) {
   return answer && answer->left != protocol::kNoIntensities;
 }
 
+// What is late may be of an earlier one of the same kind, as the robot's firmware finds out.
+bool IsAnswer(const protocol::Message& request, const protocol::Message& message) {
+  protocol::ErrorAnswer error;
+  return Decode(message, &error) ? error.refused_opcode == request.opcode
+                                 : message.opcode == (request.opcode | protocol::kFromServer);
+}
+
 // Of a TRACE.
 void CountDeposit(const protocol::Message& request, const protocol::Message& answer,
-                  StepOutcome* outcome) {
+                  bool in_process, StepOutcome* outcome) {
   protocol::TraceRequest trace;
   protocol::ErrorAnswer error;
   if (!Decode(request, &trace)) {
@@ -53,7 +37,7 @@ void CountDeposit(const protocol::Message& request, const protocol::Message& ans
   }
   if (!Decode(answer, &error)) {
     ++outcome->deposited_quanta;
-  } else if (error.reason == protocol::Reason::kMapFull) {
+  } else if (in_process && error.reason == protocol::Reason::kMapFull) {
     outcome->map_full = true;
   } else {
     ++outcome->refused_deposits;
@@ -63,25 +47,24 @@ void CountDeposit(const protocol::Message& request, const protocol::Message& ans
 }  // namespace
 
 FirmwareSwarm::FirmwareSwarm(FirmwareConfig config)
-    : config_(std::move(config)),
-      mail_(config_.robots.size()),
-      messages_(config_.robots.size()),
-      service_(&log_, [this] {
-        return engine::ClockReading{static_cast<uint64_t>(now_ms_), now_ms_};
-      }) {
+    : config_(std::move(config)), mail_(config_.robots.size()), messages_(config_.robots.size()) {
   if (config_.radio) {
     link_.emplace(config_.robots.size(), *config_.radio, config_.seed);
   }
+  const size_t count = config_.robots.size();
+  const bool in_process = config_.server->field() != nullptr;
   const bool wide = engine::NeedsWide(config_.engine.field.map, config_.engine.pose_unit_10um);
-  for (size_t i = 0; i < config_.robots.size(); ++i) {
+  for (size_t i = 0; i < count; ++i) {
     client::Parameters robot = config_.robots[i];
-    robot.id = static_cast<uint8_t>(1 + i % kRobotsOfLink);
+    robot.id = static_cast<uint8_t>(1 + i % config_.server->robots_of_link());
     robot.start = client::Pose{0, 0, 0};
     robot.boot_counter = static_cast<uint16_t>(Hash64({config_.seed, i, 'b'}));
     robot.start_released = true;
     robot.wide = wide;
+    robot.buffered_link = !in_process;
     robot.rounds = link_.has_value();
     Life& life = lives_.emplace_back(robot);
+    life.start_ms = in_process ? 0 : static_cast<int64_t>(kStartsWithinMs * i / count);
     if (link_) {
       life.next = link_->First(i);
     }
@@ -89,11 +72,10 @@ FirmwareSwarm::FirmwareSwarm(FirmwareConfig config)
 }
 
 Result<std::shared_ptr<FirmwareSwarm>> FirmwareSwarm::Create(FirmwareConfig config) {
-  config.engine = WithLinks(std::move(config.engine), config.robots.size());
-  std::shared_ptr<FirmwareSwarm> swarm(new FirmwareSwarm(std::move(config)));
-  PHEROMONE_TRY(const auto configured, swarm->service_.Configure(swarm->config_.engine, kEpoch));
-  (void)configured;
-  return swarm;
+  if (config.server == nullptr) {
+    PHEROMONE_TRY(config.server, EngineServer::Create(config.engine, config.robots.size()));
+  }
+  return std::shared_ptr<FirmwareSwarm>(new FirmwareSwarm(std::move(config)));
 }
 
 Status FirmwareSwarm::Act(const PheromoneView& view, const PheromoneActions& actions, size_t first,
@@ -102,7 +84,9 @@ Status FirmwareSwarm::Act(const PheromoneView& view, const PheromoneActions& act
     FirmwareRobot& robot = lives_[i].robot;
     robot.See(sim::ToClientPose({view.x_m[i], view.y_m[i], view.heading_rad[i]}));
     const unsigned stops = robot.state().fail_safe_stops;
-    Live(i, static_cast<int64_t>(view.time_ms));
+    if (const auto now_ms = static_cast<int64_t>(view.time_ms); now_ms >= lives_[i].start_ms) {
+      Live(i, now_ms);
+    }
     if (const unsigned more = robot.state().fail_safe_stops - stops; more != 0) {
       stops_ += more;
     }
@@ -207,40 +191,35 @@ void FirmwareSwarm::HearRound(Life* life, int64_t at_ms, bool grant,
 }
 
 Result<StepOutcome> FirmwareSwarm::EndStep(uint64_t now_ms) {
-  now_ms_ = static_cast<int64_t>(now_ms);
   StepOutcome outcome;
   outcome.answers = answers_.exchange(0);
   outcome.fail_safe_stops = stops_.exchange(0);
-  std::vector<engine::Outgoing> out;
-  service_.AdvanceIfDue(&out);
-  std::vector<protocol::Message> batch;
-  for (size_t first = 0; first < mail_.size(); first += kRobotsOfLink) {
-    const size_t end = std::min(first + kRobotsOfLink, mail_.size());
-    batch.clear();
-    for (size_t i = first; i < end; ++i) {
-      if (mail_[i] == Mail::kSent) {
-        batch.push_back(messages_[i]);
-        mail_[i] = Mail::kAsked;
-      }
-    }
-    if (!batch.empty()) {
-      service_.Handle(static_cast<engine::LinkIndex>(first / kRobotsOfLink), batch, &out);
+  sent_.clear();
+  received_.clear();
+  for (size_t i = 0; i < mail_.size(); ++i) {
+    if (mail_[i] == Mail::kSent) {
+      sent_.push_back({i, messages_[i]});
+      mail_[i] = Mail::kAsked;
     }
   }
-  for (const engine::Outgoing& outgoing : out) {
-    const size_t i = outgoing.link * kRobotsOfLink + outgoing.message.id - 1u;
-    if (i < mail_.size() && mail_[i] == Mail::kAsked) {
-      CountDeposit(messages_[i], outgoing.message, &outcome);
-      messages_[i] = outgoing.message;
+  PHEROMONE_TRY_STATUS(config_.server->Exchange(static_cast<int64_t>(now_ms), sent_, &received_));
+  for (const auto& [i, message] : received_) {
+    if (mail_[i] == Mail::kAsked && IsAnswer(messages_[i], message)) {
+      CountDeposit(messages_[i], message, field() != nullptr, &outcome);
+      messages_[i] = message;
       mail_[i] = Mail::kAnswered;
+    } else {
+      lives_[i].robot.Hear(message);  // a command, or late
     }
   }
-  std::replace(mail_.begin(), mail_.end(), Mail::kAsked, Mail::kNone);  // not answered: ignored
+  if (link_) {
+    std::replace(mail_.begin(), mail_.end(), Mail::kAsked, Mail::kNone);  // ignored
+  }
   return outcome;
 }
 
 uint64_t FirmwareSwarm::Hash() const {
-  uint64_t sum = service_.StateHash();
+  uint64_t sum = config_.server->Hash();
   for (size_t i = 0; i < lives_.size(); ++i) {
     const client::BehaviourState& state = lives_[i].robot.state();
     sum +=

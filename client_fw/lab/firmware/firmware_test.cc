@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "client_fw/lab/firmware/engine_server.h"
 #include "client_fw/lab/firmware/firmware_swarm.h"
 #include "client_fw/lab/testing/worlds.h"
 
@@ -60,6 +61,10 @@ Swarm Make(size_t count, const std::optional<RadioModel>& radio, bool lay_trail,
   return {swarm.value(), Made(std::move(config))};
 }
 
+engine::Service& ServiceOf(const Swarm& swarm) {
+  return static_cast<EngineServer&>(swarm.firmware->server()).service();
+}
+
 void RunTo(int64_t ms, Swarm* swarm) {
   while (static_cast<int64_t>(swarm->world->time().now_ms()) < ms) {
     const Status status = swarm->world->Step();
@@ -84,14 +89,14 @@ TEST(Firmware, TracesAreLaidOnTheEnginesField) {
   RunTo(10'000, &swarm);
   const uint64_t laid = swarm.world->tally().deposited_quanta;
   EXPECT_EQ(laid, swarm.world->tally().heard.answers);
-  EXPECT_GE(swarm.firmware->service().counters().changes, laid);
+  EXPECT_GE(ServiceOf(swarm).counters().changes, laid);
   EXPECT_GT(swarm.world->field().node_count(), 0u);
 }
 
 // T_t and D_s 2 ms: the window is 2 T_t + D_s and two bytes of 10 bits.
 TEST(Firmware, ItsChannelIsTheOneOnWhichRoundsWereMeasured) {
   Swarm swarm = Make(1, {}, false);
-  swarm.firmware->service().Inspect([](const engine::Engine& engine) {
+  ServiceOf(swarm).Inspect([](const engine::Engine& engine) {
     ASSERT_EQ(engine.config().links.size(), 1u);
     EXPECT_EQ(engine.config().links[0].slot_ms, 2);
     EXPECT_EQ(engine.config().links[0].response_window_ms, std::ceil(6 + 2 * 10 / 9.6));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "client_fw/lab/scenario/events.h"
 
@@ -23,8 +24,10 @@ LabResult ResultOf(const World& world) {
 }
 
 Result<LabResult> RunLab(const LabScenario& scenario, int threads,
-                         const std::function<Status(const World&)>& look) {
-  PHEROMONE_TRY(const std::unique_ptr<World> world, MakeWorld(scenario, threads));
+                         const std::function<Status(const World&)>& look,
+                         std::shared_ptr<Server> server) {
+  PHEROMONE_TRY(const std::unique_ptr<World> world,
+                MakeWorld(scenario, threads, std::move(server)));
   ScenarioEvents events(scenario, world.get());
   if (look) {
     PHEROMONE_TRY_STATUS(look(*world));

@@ -21,6 +21,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -48,9 +49,10 @@ struct LabResult {
 LabResult ResultOf(const World& world);
 
 /// The same result for any number of threads. `look` is called before the first step and after
-/// each; it may be empty. Errors: those of World and of `look`.
+/// each; it may be empty. `server` is MakeWorld's. Errors: those of World and of `look`.
 Result<LabResult> RunLab(const LabScenario& scenario, int threads,
-                         const std::function<Status(const World&)>& look);
+                         const std::function<Status(const World&)>& look,
+                         std::shared_ptr<Server> server = nullptr);
 
 /// By name; none: not measured, as at level "radio" all but time, answers, stops and paths.
 using Measure = std::pair<std::string, std::optional<double>>;

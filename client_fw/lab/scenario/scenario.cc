@@ -295,20 +295,28 @@ Result<LabScenario> ReadLabScenario(const Value& tree, const std::string& name,
   return scenario;
 }
 
-Result<LabScenario> LoadLabScenario(const std::string& path, const KeyValues& settings) {
+Result<Value> LoadTree(const std::string& path, const KeyValues& settings) {
   PHEROMONE_TRY(const std::string text, ReadFile(path, config::kMaxText));
   PHEROMONE_TRY(Value tree, config::ParseDocument(text, path));
   for (const auto& [key, value] : settings) {
     PHEROMONE_TRY_STATUS(SetValue(key, value, &tree));
   }
+  return tree;
+}
+
+Result<LabScenario> LoadLabScenario(const std::string& path, const KeyValues& settings) {
+  PHEROMONE_TRY(const Value tree, LoadTree(path, settings));
   return ReadLabScenario(tree, path, std::filesystem::path(path).parent_path());
 }
 
 namespace {
 
 // All groups at level "firmware": what they sense and deposit is their firmware's matter.
-Result<std::shared_ptr<Behaviour>> MakeFirmware(const LabScenario& scenario, WorldConfig* config) {
+Result<std::shared_ptr<Behaviour>> MakeFirmware(const LabScenario& scenario,
+                                                std::shared_ptr<Server> server,
+                                                WorldConfig* config) {
   FirmwareConfig firmware;
+  firmware.server = std::move(server);
   firmware.engine.field = config->field;
   firmware.engine.pose_unit_10um = config->pose_unit_10um;
   firmware.radio = std::exchange(config->radio, std::nullopt);
@@ -328,7 +336,8 @@ Result<std::shared_ptr<Behaviour>> MakeFirmware(const LabScenario& scenario, Wor
 
 }  // namespace
 
-Result<std::unique_ptr<World>> MakeWorld(const LabScenario& scenario, int threads) {
+Result<std::unique_ptr<World>> MakeWorld(const LabScenario& scenario, int threads,
+                                         std::shared_ptr<Server> server) {
   WorldConfig config = scenario.world;
   config.field.obstacles = ObstaclesOf(scenario, scenario.gates);
   config.threads = threads;
@@ -339,7 +348,7 @@ Result<std::unique_ptr<World>> MakeWorld(const LabScenario& scenario, int thread
                  "simulates, expected \"field\" or \"firmware\""};
   }
   if (scenario.level == Level::kFirmware) {
-    PHEROMONE_TRY(firmware, MakeFirmware(scenario, &config));
+    PHEROMONE_TRY(firmware, MakeFirmware(scenario, std::move(server), &config));
   }
   for (size_t i = 0; i < config.groups.size(); ++i) {
     const BehaviourPlan& plan = scenario.plans[i];

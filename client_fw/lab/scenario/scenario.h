@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "client_fw/lab/behaviours/kinds.h"
+#include "client_fw/lab/firmware/server.h"
 #include "client_fw/lab/plugin.h"
 #include "client_fw/lab/scenario/tree.h"
 #include "client_fw/lab/world.h"
@@ -75,8 +76,11 @@ struct LabScenario {
   std::vector<config::Warning> warnings;
 };
 
-/// Reads a file, with `settings` in place of what it says. Errors: it cannot be read, a setting has
-/// no place in it, or what ReadLabScenario finds.
+/// A file as a tree, with `settings` in place of what it says. Errors: it cannot be read, is no
+/// TOML, or a setting has no place in it.
+Result<config::Value> LoadTree(const std::string& path, const KeyValues& settings = {});
+
+/// Reads a file as LoadTree. Errors: also what ReadLabScenario finds.
 Result<LabScenario> LoadLabScenario(const std::string& path, const KeyValues& settings = {});
 
 /// Reads a tree; `name` is that of the file, and `folder` where the files are that it names.
@@ -87,8 +91,10 @@ Result<LabScenario> ReadLabScenario(const config::Value& tree, const std::string
 field::Shared<field::ObstacleMask> ObstaclesOf(const LabScenario& scenario,
                                                const std::vector<Gate>& gates);
 
-/// A world as it is at the start. Errors: level "radio", which has none; a plug-in that cannot be
+/// A world as it is at the start. At level "firmware", `server` answers its robots; none: the
+/// engine in this process. Errors: level "radio", which has no world; a plug-in that cannot be
 /// loaded.
-Result<std::unique_ptr<World>> MakeWorld(const LabScenario& scenario, int threads);
+Result<std::unique_ptr<World>> MakeWorld(const LabScenario& scenario, int threads,
+                                         std::shared_ptr<Server> server = nullptr);
 
 }  // namespace pheromone::lab

@@ -187,4 +187,28 @@ std::string TomlOf(const Value& value) {
   return quoted + '"';
 }
 
+std::string TomlOfTables(const Value& tree, std::span<const std::string_view> names) {
+  std::string text;
+  const auto add = [&](const std::string& head, const Value& table) {
+    text += (text.empty() ? "" : "\n") + head + '\n';
+    for (const Value& item : table.items) {
+      text += item.key + " = " + TomlOf(item) + '\n';
+    }
+  };
+  for (const std::string_view name : names) {
+    const Value* value = tree.Find(name);
+    if (value == nullptr) {
+      continue;
+    }
+    if (IsArrayOfTables(*value)) {
+      for (const Value& table : value->items) {
+        add(fmt::format("[[{}]]", name), table);
+      }
+    } else if (value->kind == Kind::kTable) {
+      add(fmt::format("[{}]", name), *value);
+    }
+  }
+  return text;
+}
+
 }  // namespace pheromone::lab

@@ -8,6 +8,7 @@
 // a table [[name]] in brackets, which may be left out where there is one. Pure.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,5 +30,8 @@ KeyValues Flatten(const config::Value& tree);
 
 /// A value as TOML in one line.
 std::string TomlOf(const config::Value& value);
+
+/// The tables [name] and [[name]] that the tree has, as a TOML document.
+std::string TomlOfTables(const config::Value& tree, std::span<const std::string_view> names);
 
 }  // namespace pheromone::lab
