@@ -148,9 +148,11 @@ Result<std::shared_ptr<DaemonLinks>> DaemonLinks::Open(std::span<const DaemonAdd
 Status DaemonLinks::Exchange(int64_t now_ms, std::span<const lab::RobotMessage> sent,
                              std::vector<lab::RobotMessage>* received) {
   if (start_ns_ < 0) {
-    start_ns_ = MonotonicNs() - now_ms * kNsOfMs;
+    begin_ns_ = MonotonicNs();
+    start_ns_ = begin_ns_ - now_ms * kNsOfMs;
   }
-  end_ns_ = start_ns_ + now_ms * kNsOfMs + step_ns_;
+  robots_ns_ = now_ms * kNsOfMs + step_ns_;
+  const int64_t end_ns = begin_ns_ + step_ns_;
   for (size_t i = 0; i < sent.size();) {
     const size_t link = sent[i].robot / robots_of_link_;
     size_t end = i;
@@ -166,7 +168,7 @@ Status DaemonLinks::Exchange(int64_t now_ms, std::span<const lab::RobotMessage> 
   }
   int64_t left_ns = 0;
   do {
-    left_ns = std::max<int64_t>(end_ns_ - MonotonicNs(), 0);
+    left_ns = std::max<int64_t>(end_ns - MonotonicNs(), 0);
     const timespec timeout = {left_ns / 1'000'000'000, left_ns % 1'000'000'000};
     if (ppoll(sockets.data(), sockets.size(), &timeout, nullptr) <= 0) {
       continue;
@@ -177,6 +179,7 @@ Status DaemonLinks::Exchange(int64_t now_ms, std::span<const lab::RobotMessage> 
       }
     }
   } while (left_ns > 0);
+  begin_ns_ = std::max(end_ns, MonotonicNs() - step_ns_ / 2);
   return Ok();
 }
 
@@ -264,7 +267,7 @@ Status DaemonLinks::Check(const Link& link, const protocol::Message& message) co
 }
 
 double DaemonLinks::lag_s() const {
-  return static_cast<double>(std::max<int64_t>(MonotonicNs() - end_ns_, 0)) / 1e9;
+  return static_cast<double>(std::max<int64_t>(MonotonicNs() - start_ns_ - robots_ns_, 0)) / 1e9;
 }
 
 Status DaemonLinks::CheckAnswers() const {

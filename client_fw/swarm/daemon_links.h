@@ -8,7 +8,8 @@
 //   daemon.value()->lag_s();
 //
 // A step ends when its time is over: Exchange receives until then. If steps take longer, the
-// robots' time lags, and no step is left out. One thread.
+// robots' time lags. None is left out, and none is shorter than half its time, in which the daemon
+// has to answer. One thread.
 #pragma once
 
 #include <cstdint>
@@ -83,7 +84,8 @@ class DaemonLinks final : public lab::Server {
   links::DatagramReader reader_;
   links::DatagramWriter writer_;
   int64_t start_ns_ = -1;
-  int64_t end_ns_ = 0;  // of the last step, if it did not lag
+  int64_t begin_ns_ = 0;   // of the step
+  int64_t robots_ns_ = 0;  // the robots' time at its end
 };
 
 }  // namespace pheromone::swarm

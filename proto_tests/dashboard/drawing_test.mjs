@@ -13,6 +13,7 @@ writeFileSync(join(folder, 'package.json'), '{"type": "module"}');   // so that 
 const {PALETTES, hueOf, lutOf} = await import(join(folder, 'palettes.js'));
 const {factorOf, paint, weightsOf} = await import(join(folder, 'smooth.js'));
 const {fullLine} = await import(join(folder, 'robots.js'));
+const {densityOf, drawDensity} = await import(join(folder, 'density.js'));
 const {distanceFrom} = await import(join(folder, 'charts.js'));
 rmSync(folder, {recursive: true});
 
@@ -53,6 +54,29 @@ for (const [x, y, open, closed] of [[1, 0, 0, 0], [1, -0.5, 0.5, 0.5], [3, 3, Ma
     check(Math.abs(found - expected) < 1e-9, `(${x}, ${y}) is ${found} m from the ${isClosed ? 'closed' : 'open'} path, not ${expected} m`);
   }
 }
+
+// ---- density: 60 x 40 pixels, 10 a metre, around (1, 1): squares of 1 m, counted by hand ----
+
+const screen = {x: 1, y: 1, scale: 10, width: 60, height: 40, sx: (x) => (x - 1) * 10 + 30, sy: (y) => (1 - y) * 10 + 20};
+const places = [[0, 0], [0.99, 0.5], [1, 0], [-0.01, 0], [-2, 2.9], [-2.01, 0], [3.5, -0.5], [0, 3.01]].map(([x_m, y_m]) => ({x_m, y_m}));
+const density = densityOf(places, screen);
+check(density.cellM === 1 && density.first === -2 && density.columns === 7 && density.top === 3, `squares: ${JSON.stringify(density)}`);
+const expected = new Map(Object.entries({'-2 2': 1, '-1 0': 1, '0 0': 2, '1 0': 1, '3 -1': 1, '0 3': 1}));   // by their lower left corners; (-2.01, 0) is off screen
+const found = new Map([...density.counts].map((count, i) => [`${density.first + (i % 7)} ${density.top - Math.floor(i / 7)}`, count]).filter(([, count]) => count));
+check(found.size === expected.size && [...expected].every(([at, count]) => found.get(at) === count), `density: ${JSON.stringify([...found])}`);
+check(density.most === 2 && densityOf([], screen).most === 2, 'the scale of few robots ends at 2');
+for (const [count, before, end] of [[3, null, 5], [7, null, 10], [11, null, 20], [3, 10, 10], [2, 10, 2], [11, 10, 20]]) {
+  const at = densityOf(Array(count).fill({x_m: 0.5, y_m: 0.5}), screen, {before: before && {cellM: 1, most: before}});
+  check(at.most === end, `the scale of ${count} robots after ${before} ends at ${at.most}, not ${end}`);
+}
+for (const [scale, side] of [[10, 1], [9.9, 2], [4, 5], [2, 5], [1.5, 10], [100, 0.1], [51, 0.2]]) {
+  check(Math.abs(densityOf([], {...screen, scale}).cellM - side) < 1e-12, `at ${scale} pixels a metre, squares are ${densityOf([], {...screen, scale}).cellM} m`);
+}
+const onEdge = densityOf([{x_m: 2, y_m: 2.0004}, {x_m: 0.5, y_m: 0.5}, {x_m: 2.5, y_m: 0.5}], screen, {edge: [2, 2]});
+check(onEdge.counts[2 * 7 + 3] === 1 && onEdge.counts[3 * 7 + 2] === 1 && onEdge.counts[3 * 7 + 4] === 1, `on the edge: ${JSON.stringify([...onEdge.counts])}`);
+const rects = [];
+drawDensity({fillRect: (...rect) => rects.push(rect)}, screen, {dark: true}, density, 0);
+check(rects.length === 12 && rects.some((rect) => rect.every((it, i) => Math.abs(it - [21, 21, 8, 8][i]) < 1e-9)), `drawn: ${JSON.stringify(rects)}`);   // of (0, 0): 8 of 10 pixels, twice
 
 // ---- hues are told apart, also by deuteranopes: Machado, Oliveira and Fernandes 2009, severity 1 ----
 

@@ -181,6 +181,45 @@ async function keyboard(browser) {
   await context.close();
 }
 
+/** Ten thousand robots, 100 to a square metre, told by the test in place of the server. */
+async function crowd(browser) {
+  begin('ten thousand robots: a density, and the first rows of a list');
+  const {page, context, checkClean} = await ready(browser, {});
+  await page.evaluate(() => {
+    const {stream} = window.pheromone;
+    stream.pause('/clients');
+    const clients = Array.from({length: 10000}, (_, i) => ({link: `lab-${Math.floor(i / 250)}`, id: 1 + i % 250, known: true, silent_s: 0.1, requests: 1, refusals: 0, repeats: 0, goal: null,
+      last_event: null, last_command: null, antennas: null, pose: {x_m: 0.05 + (i % 100) / 10, y_m: 0.05 + Math.floor(i / 100) / 10, heading_deg: 0, source: 'robot'},
+      state: {is: 'driving', reason: null, since_s: 1, told_by: 'robot', moves: true, held: false}}));
+    const {handler} = stream.watches.find((it) => it.match('/clients'));
+    window.tell = () => handler(new TextEncoder().encode(JSON.stringify({field_time_ms: 1, clients})));
+    window.tell();
+  });
+  await page.waitForSelector('#panel-robots >> text=The first 500 of 10000: the search finds others');
+  check((await page.$$('.row[data-robot]')).length === 500, 'a list of as many rows');
+  await page.waitForSelector('#legend .density');
+  const {counts, cellM} = await page.evaluate(() => {
+    const {density} = window.pheromone.store;
+    return {counts: [...density.counts].filter((it) => it), cellM: density.cellM};
+  });
+  check(counts.reduce((a, b) => a + b) === 10000, 'robots are missing from the density');
+  check(counts.every((it) => it === Math.round((10 * cellM) ** 2)), `in squares of ${cellM} m there are ${[...new Set(counts)]} robots`);
+  await checkAccessible(page, 'a density');
+  await page.screenshot({path: join(out, 'density.png')});
+  await page.click('#select-all');
+  check(await page.evaluate(() => window.pheromone.store.group.size) === 10000, 'not all are selected');
+  await page.fill('#robot-search', 'lab-39 250');
+  await page.waitForSelector('.row[data-robot="lab-39/250"]');
+  await page.evaluate(() => {
+    const {view} = window.pheromone.map;
+    Object.assign(view, {fitted: false, scale: 1000});
+    view.centre(5, 5);
+  });
+  await page.waitForFunction(() => !document.querySelector('#legend .density') && !window.pheromone.store.density);
+  checkClean();
+  await context.close();
+}
+
 /** Three hundred robots, told by the test in place of the server. */
 async function manyRobots(browser) {
   begin('a list of three hundred robots, with a search');
@@ -345,6 +384,7 @@ await run(swarm, async (browser) => {
   await accessible(browser);
   await phone(browser);
   await keyboard(browser);
+  await crowd(browser);
   await manyRobots(browser);
   await charts(browser);
   await events(browser);

@@ -6,11 +6,13 @@ const KEEP_MS = 10 * 60 * 1000;
 const EVERY_MS = 500;
 const PICTURE_EVERY_MS = 2000;
 const MOST_BYTES = 64 << 20;
+const MOST_POSES = 1e6;   // of all moments together: some 500 MB
 
 export class History {
   constructor() {
     this.moments = [];   // {at, robots, pictures: Map(name -> {levels, scale}) or null}
     this.bytes = 0;
+    this.poses = 0;
     this.lastPicture = 0;
   }
 
@@ -39,7 +41,8 @@ export class History {
       robots.set(key, {key, link: it.link, id: it.id, pose: it.pose, antennas: it.antennas, goal: it.goal, follows: it.follows, state: it.state, silent_s: it.silent_s});
     }
     this.moments.push({at: now, robots, pictures});
-    while (this.moments.length > 1 && (now - this.moments[0].at > KEEP_MS || this.bytes > MOST_BYTES)) this.drop();
+    this.poses += robots.size;
+    while (this.moments.length > 1 && (now - this.moments[0].at > KEEP_MS || this.bytes > MOST_BYTES || this.poses > MOST_POSES)) this.drop();
   }
 
   lastOf(name) {
@@ -51,7 +54,8 @@ export class History {
   }
 
   drop() {
-    const {pictures} = this.moments.shift();
+    const {robots, pictures} = this.moments.shift();
+    this.poses -= robots.size;
     const next = this.moments.find((it) => it.pictures)?.pictures;
     for (const [name, picture] of pictures ?? []) {
       if (next?.get(name) !== picture) this.bytes -= picture.levels.length;
@@ -77,5 +81,6 @@ export class History {
   clear() {
     this.moments = [];
     this.bytes = 0;
+    this.poses = 0;
   }
 }

@@ -75,7 +75,10 @@ export class SwarmMap {
     this.trails.place(this.view);
     if (dirty.has('top')) {
       drawPlaces(this.contexts.top, this.view, this.theme);
-      if (store.shows.robots) drawRobots(this.contexts.top, this.view, this.theme, now);
+      const before = store.density;
+      store.density = null;
+      if (store.shows.robots) drawRobots(this.contexts.top, this.view, this.theme, now, before);
+      if (before?.cellM !== store.density?.cellM || before?.most !== store.density?.most) store.emit('robots');   // for the legend
       this.overlay(this.contexts.top, this.view, this.theme);
       if (isMoving(now)) this.invalidate('top');
     }

@@ -4,12 +4,15 @@ import {store, keyOf} from './store.js';
 import {css} from './palettes.js';
 import {number} from './format.js';
 import {fontOf, write} from './places.js';
+import {densityOf, drawDensity} from './density.js';
 
 const TRAIL_POINTS = 200;
 const TRAIL_STEP_M = 0.02;   // less is no movement worth a point
 const GLIDE_MS = 120;
 const FRESH_S = 3;
 export const MANY = 60;   // robots: what costs most is left out
+const DENSE = 500;        // more of them in view are drawn as a density
+const MARGIN_PX = 60;
 
 export class Trail {
   constructor() {
@@ -137,7 +140,7 @@ function glide(client, now) {
 }
 
 export function isMoving(now) {
-  if (store.past) return false;
+  if (store.past || store.density) return false;
   for (const client of store.robots.values()) if (client.pose && now - client.movedAt < GLIDE_MS) return true;
   return false;
 }
@@ -145,23 +148,25 @@ export function isMoving(now) {
 /** Where a robot is drawn now. */
 export const poseNow = (client, now) => (store.past ? client.pose : glide(client, now));
 
-export function drawRobots(context, view, theme, now) {
+/** `before`: the density that was drawn last, if there was one. */
+export function drawRobots(context, view, theme, now, before = null) {
   const robots = store.shownRobots;
+  const inView = [...robots.values()].filter(({pose}) => pose && isInView(view, pose));
+  store.density = inView.length > DENSE ? densityOf(inView.map((it) => it.pose), view, {before, edge: edgeOf(store.map)}) : null;
+  if (store.density) drawDensity(context, view, theme, store.density, store.layers.size);
   const most = (robots.size > MANY ? 8 : 13) * store.typeScale;
   const size = Math.max(5 * store.typeScale, Math.min(most, view.scale * 0.16));
-  const labels = robots.size <= MANY || view.scale > 90;
+  const labels = inView.length <= MANY || view.scale > 90;
   // Where they would lie on the robot itself, they tell nothing.
   const hasAntennas = store.shows.antennas && antennaPx(robots, view) > 0.6 * size;
   const isOne = store.selectedRobots.length === 1;
   context.font = fontOf(11);
   context.textAlign = 'left';
   context.textBaseline = 'middle';
-  for (const client of robots.values()) {
-    if (!client.pose) continue;
+  for (const client of store.density ? someSelected() : inView) {
     const pose = poseNow(client, now);
     const x = view.sx(pose.x_m);
     const y = view.sy(pose.y_m);
-    if (x < -60 || y < -60 || x > view.width + 60 || y > view.height + 60) continue;
     const selected = store.group.has(client.key);
     const alone = selected && isOne;   // several are only marked
     context.globalAlpha = isFresh(client) || store.past ? 1 : 0.4;
@@ -184,6 +189,20 @@ export function drawRobots(context, view, theme, now) {
     }
   }
   context.globalAlpha = 1;
+}
+
+// On a density.
+function someSelected() {
+  const selected = store.selectedRobots.filter((it) => it.pose);
+  return selected.length > DENSE ? [] : selected;
+}
+
+const edgeOf = (map) => (map ? [map.origin_m[0] + map.width_m, map.origin_m[1] + map.height_m] : undefined);
+
+function isInView(view, {x_m, y_m}) {
+  const x = view.sx(x_m);
+  const y = view.sy(y_m);
+  return x >= -MARGIN_PX && y >= -MARGIN_PX && x <= view.width + MARGIN_PX && y <= view.height + MARGIN_PX;
 }
 
 // How far from a robot its left antenna is, on screen.

@@ -26,6 +26,7 @@ class Store {
     this.isWall = false;        // large type, the map alone
     this.isReplay = false;      // the page shows a recording
     this.fieldTimeMs = 0;
+    this.density = null;        // of robots on the map (density.js), or null: each is drawn
     this.typeScale = 1;         // of what is written on the map (appearance.js)
   }
 

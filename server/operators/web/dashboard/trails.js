@@ -45,9 +45,9 @@ export class TrailsCanvas {
   }
 }
 
-/** All points of all trails, each from its oldest on; of the past, none. */
+/** All points of all trails, each from its oldest on; of the past, and of a density, none. */
 function pack() {
-  const trails = store.shows.trails && !store.past ? store.trails : new Map();
+  const trails = store.shows.trails && !store.past && !store.density ? store.trails : new Map();
   let length = 0;
   for (const trail of trails.values()) length += trail.length;
   const points = new Float32Array(2 * length);

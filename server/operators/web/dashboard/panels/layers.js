@@ -4,6 +4,7 @@ import {byId, h, panel, setText} from '../dom.js';
 import {PALETTES, paintRamp} from '../palettes.js';
 import {number} from '../format.js';
 import {fullLine, pheromoneOf} from '../robots.js';
+import {densityLut} from '../density.js';
 
 const SHOWS = {robots: 'Robots', antennas: 'Antennas', trails: 'Trails', paths: 'Paths', tags: 'Tags', goals: 'Goals', grid: 'Grid'};
 const OWN = 'what each robot follows';
@@ -104,16 +105,23 @@ export class LayersPanel {
       scale.setAttribute('aria-pressed', String(layer.isAuto));
     }
     this.senses.value = store.senses ?? '';
-    const signature = [...store.layers.values()].map((it) => `${it.name}${it.visible}${it.range}${it.isAuto}`).join() + this.antennas();
+    const signature = [...store.layers.values()].map((it) => `${it.name}${it.visible}${it.range}${it.isAuto}`).join() + this.antennas() + (store.density ? `${store.density.cellM} ${store.density.most}` : '');
     if (signature !== this.signature) this.legend();
     this.signature = signature;
   }
 
   // What the antennas show, and the end of their scale.
   antennas() {
-    if (!store.shows.antennas || !store.shows.robots || !store.map) return '';
+    if (!store.shows.antennas || !store.shows.robots || !store.map || store.density) return '';
     const names = [...new Set([...store.shownRobots.values()].map(pheromoneOf))].filter((it) => store.laws.has(it)).sort();
     return names.slice(0, 3).map((it) => `${it} 0–${number(fullLine(store.laws.get(it), store.laws, store.map.cell_m))}`).join(', ');
+  }
+
+  density({cellM, most}) {
+    const canvas = h('canvas');
+    paintRamp(canvas, densityLut(store.layers.size, document.documentElement.dataset.theme));
+    return h('div', {class: 'density', title: 'There are too many to draw each: zoom in'}, h('b', {}, 'Robots', h('small', {}, `in ${number(cellM)} m × ${number(cellM)} m`)),
+             h('span', {class: 'ramp'}, canvas), h('span', {class: 'ticks'}, h('span', {}, '0'), h('span', {}, most % 2 ? '' : number(most / 2)), h('span', {}, number(most))));
   }
 
   // On the map, for whoever sees it from afar.
@@ -125,7 +133,7 @@ export class LayersPanel {
       return h('div', {class: layer.repels ? 'repels' : ''},
                h('b', {}, layer.name, layer.repels ? h('small', {}, ' repels') : layer.isBlend ? h('small', {}, ' blend') : null), h('span', {class: `ramp${layer.repels ? ' repels' : layer.isSigned ? ' half-repels' : ''}`}, this.ramp(layer)),
                h('span', {class: 'ticks'}, h('span', {}, ends[0]), h('span', {}, number(middleOf(layer))), h('span', {}, ends[1], layer.isAuto ? ' auto' : '')));
-    }), ...(visible.length > 6 ? [h('div', {}, `and ${visible.length - 6} more`)] : []),
+    }), ...(store.density ? [this.density(store.density)] : []), ...(visible.length > 6 ? [h('div', {}, `and ${visible.length - 6} more`)] : []),
     ...(antennas ? [h('div', {class: 'antennas', title: 'Full: in the middle of a straight line of full nodes'}, h('b', {}, 'Antennas'), h('span', {}, `P of ${antennas} units`))] : []));
   }
 }

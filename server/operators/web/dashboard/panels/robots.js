@@ -10,6 +10,8 @@ import {countStates, isFresh, shareOf, shownAs, stateOf} from '../robots.js';
 
 const SEARCH_FROM = 9;      // robots; fewer are seen at once
 const UPDATES_AT_ONCE = 60; // rows besides those that are in view
+const MOST_ROWS = 500;      // of more, the search finds the others
+const MOST_NUMBERS = 30;    // of a group
 
 /** Whether a word of the search is the beginning of a robot's number, or of a word of its link or state. */
 function isOf(robot, word) {
@@ -31,6 +33,8 @@ export class RobotsPanel {
     this.list = h('div', {class: 'rows', id: 'robot-rows', onscroll: () => this.show()});
     this.none = h('p', {class: 'empty'});
     this.rows = new Map();
+    this.found = [];   // by the search; the first of them have rows
+    this.order = [];   // keys of all robots as they were sorted last
     this.turn = 0;
     this.panel.body.append(h('div', {class: 'find'}, this.search, this.all), this.list, this.none, this.card);
     this.makeCard();
@@ -82,7 +86,7 @@ export class RobotsPanel {
     if (robot && others.length === 0) this.onFollow(robot.key);
   }
 
-  selectAll() { store.selectRobots([...this.rows.keys()]); }
+  selectAll() { store.selectRobots(this.found.map((it) => it.key)); }
 
   /** A row was clicked: with Ctrl one robot more or less, with Shift all from the last one on. */
   pick(key, {ctrlKey, metaKey, shiftKey}) {
@@ -94,18 +98,29 @@ export class RobotsPanel {
   }
 
   show() {
-    const robots = [...store.shownRobots.values()].sort((a, b) => a.link.localeCompare(b.link) || a.id - b.id);
+    const robots = this.sorted();
     setText(this.panel.count, countStates(robots));
     this.search.hidden = robots.length < SEARCH_FROM && !this.search.value;
     const words = this.search.value.toLowerCase().split(/\s+/).filter((it) => it);
-    const shown = robots.filter((it) => words.every((word) => isOf(it, word)));
-    this.all.hidden = shown.length < 2;
-    setText(this.all, words.length ? `Select these ${shown.length}` : 'Select all');
+    this.found = robots.filter((it) => words.every((word) => isOf(it, word)));
+    const shown = this.found.slice(0, MOST_ROWS);
+    this.all.hidden = this.found.length < 2;
+    setText(this.all, words.length ? `Select these ${this.found.length}` : 'Select all');
     if (shown.length !== this.rows.size || shown.some((it) => !this.rows.has(it.key))) this.rebuild(shown);
     for (const robot of this.due(shown)) this.update(robot);
-    setText(this.none, robots.length === 0 ? 'No robot has been heard yet' : shown.length === 0 ? `None of ${robots.length} robots` : '');
+    setText(this.none, robots.length === 0 ? 'No robot has been heard yet' : shown.length === 0 ? `None of ${robots.length} robots`
+      : shown.length < this.found.length ? `The first ${shown.length} of ${this.found.length}: the search finds others` : '');
     this.none.hidden = !this.none.textContent;
     this.showCard();
+  }
+
+  // Sorting thousands takes as long as drawing them.
+  sorted() {
+    const robots = store.shownRobots;
+    if (robots.size !== this.order.length || this.order.some((it) => !robots.has(it))) {
+      this.order = [...robots.values()].sort((a, b) => a.link.localeCompare(b.link) || a.id - b.id).map((it) => it.key);
+    }
+    return this.order.map((it) => robots.get(it));
   }
 
   /** Those in view, and of the others some in turn: a thousand rows are not written each time. */
@@ -179,7 +194,7 @@ export class RobotsPanel {
     const goals = robots.filter((it) => it.goal).length;
     this.facts.replaceChildren(pairs([
       ['State', countStates(robots)],
-      ['Robots', robots.map((it) => it.id).join(', ')],
+      ['Robots', robots.slice(0, MOST_NUMBERS).map((it) => it.id).join(', ') + (robots.length > MOST_NUMBERS ? ` and ${robots.length - MOST_NUMBERS} more` : '')],
       goals > 0 && ['Goals', `${goals} of ${robots.length}`],
     ]));
   }
