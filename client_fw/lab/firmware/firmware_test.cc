@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -26,7 +28,8 @@ struct Swarm {
 
 // `count` robots side by side that drive along pheromone 2, or lay 1.
 Swarm Make(size_t count, const std::optional<RadioModel>& radio, bool lay_trail,
-           const std::function<void(field::FieldConfig*)>& change_engine = {}) {
+           const std::function<void(field::FieldConfig*)>& change_engine = {},
+           std::shared_ptr<Server> server = nullptr) {
   WorldConfig config = SmallWorld();
   config.step_ms = 20;
   config.seed = 9;
@@ -47,6 +50,7 @@ Swarm Make(size_t count, const std::optional<RadioModel>& radio, bool lay_trail,
   firmware.robots.assign(count, robot);
   firmware.radio = radio;
   firmware.seed = config.seed;
+  firmware.server = std::move(server);
   auto swarm = FirmwareSwarm::Create(std::move(firmware));
   EXPECT_TRUE(swarm.ok()) << swarm.ErrorOr("");
   RobotGroup group;
@@ -101,6 +105,68 @@ TEST(Firmware, ItsChannelIsTheOneOnWhichRoundsWereMeasured) {
     EXPECT_EQ(engine.config().links[0].slot_ms, 2);
     EXPECT_EQ(engine.config().links[0].response_window_ms, std::ceil(6 + 2 * 10 / 9.6));
   });
+}
+
+// The engine, but as far away as a daemon: what it sends is there three steps later.
+class FarServer final : public Server {
+ public:
+  explicit FarServer(const engine::EngineConfig& config, size_t robots)
+      : engine_(EngineServer::Create(config, robots).value()) {}
+
+  size_t robots_of_link() const override { return kMaxRobotsOfLink; }
+  Status Exchange(int64_t now_ms, std::span<const RobotMessage> sent,
+                  std::vector<RobotMessage>* received) override {
+    for (const RobotMessage& message : sent) {
+      protocol::CommandAck ack;
+      acks_ += Decode(message.message, &ack) && message.robot == 0 && ack.seq == 7 ? 1 : 0;
+    }
+    under_way_.emplace_back();
+    PHEROMONE_TRY_STATUS(engine_->Exchange(now_ms, sent, &under_way_.back()));
+    if (now_ms == 5000) {
+      protocol::Message halt;
+      Encode(protocol::Command{.id = 1, .seq = 7, .code = protocol::CommandCode::kHalt}, &halt);
+      under_way_.back().push_back({0, halt});
+    }
+    if (under_way_.size() == 3) {
+      for (RobotMessage& message : under_way_.front()) {
+        protocol::HelloAnswer hello;
+        if (Decode(message.message, &hello)) {
+          hello.response_window_ms = 100;  // as links without a radio announce
+          Encode(hello, &message.message);
+        }
+        traces_ += (message.message.opcode & 0xF0) == (protocol::kTrace | protocol::kFromServer);
+        received->push_back(message);
+      }
+      under_way_.pop_front();
+    }
+    return Ok();
+  }
+
+  int acks() const { return acks_; }
+  uint64_t traces() const { return traces_; }
+
+ private:
+  std::unique_ptr<EngineServer> engine_;
+  std::deque<std::vector<RobotMessage>> under_way_;
+  int acks_ = 0;
+  uint64_t traces_ = 0;
+};
+
+TEST(Firmware, AServerThatIsFarAwayIsHeardAndCommands) {
+  WorldConfig world = SmallWorld();
+  engine::EngineConfig engine;
+  engine.field = world.field;
+  const auto server = std::make_shared<FarServer>(engine, 3);
+  Swarm swarm = Make(3, {}, true, {}, server);
+  RunTo(6000, &swarm);
+  const std::vector<double> x_m(swarm.world->robots().x_m.begin(), swarm.world->robots().x_m.end());
+  EXPECT_EQ(server->acks(), 1);
+  RunTo(10'000, &swarm);
+  EXPECT_EQ(swarm.world->robots().x_m[0], x_m[0]);
+  EXPECT_NE(swarm.world->robots().x_m[1], x_m[1]);
+  EXPECT_GT(server->traces(), 100u);
+  EXPECT_EQ(swarm.world->tally().deposited_quanta, server->traces());
+  EXPECT_EQ(swarm.world->tally().heard.fail_safe_stops, 0u);
 }
 
 // Only the engine knows of the obstacle, so that robots drive on to it.

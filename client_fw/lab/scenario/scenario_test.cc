@@ -214,6 +214,23 @@ TEST(LabScenarioTest, ATableThatIsNotThereCanBeSet) {
   EXPECT_EQ(Parsed(text, {{"run.seed", "7"}}).value().world.seed, 7u);
 }
 
+TEST(LabScenarioTest, TablesOfATreeAreADocument) {
+  const config::Value tree =
+      config::ParseDocument(
+          "[[path]]\nname = \"a\"\n[map]\nwidth_m = 2.5\nwide = true\n[run]\n"
+          "seed = 1\n[[path]]\npoints_m = [[1, 2], [3, 4]]\n",
+          "a.toml")
+          .value();
+  constexpr std::string_view kNames[] = {"map", "antennas", "path"};
+  const std::string text = TomlOfTables(tree, kNames);
+  EXPECT_EQ(Flatten(config::ParseDocument(text, "b.toml").value()),
+            (KeyValues{{"map.wide", "true"},
+                       {"map.width_m", "2.5"},
+                       {"path[1].name", "a"},
+                       {"path[2].points_m", "[[1, 2], [3, 4]]"}}))
+      << text;
+}
+
 TEST(LabScenarioTest, AValueCanBeSetBeforeItIsRead) {
   const LabScenario scenario = Parsed(std::string(kAnts), {{"run.seed", "9"},
                                                            {"robots[1].count", "7"},
