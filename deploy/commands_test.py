@@ -246,7 +246,10 @@ class ManualTest(Page):
         self.run_it("pheromoned --default-config > lab.toml")
         self.begin("pheromoned --config lab.toml")
         self.lay_out(ROOT / "client_fw/lab/examples")
-        self.follow(self.commands("pheromone-swarm.1"))
+        commands = self.commands("pheromone-swarm.1")
+        own = next(i for i, it in enumerate(commands) if " lab config " in it)
+        self.follow(commands[:own])
+        self.follow(commands[own:])  # with a server of its own
 
     def test_pheromone_robot(self):
         self.follow(self.commands("pheromone-robot.1"), statuses=(0, 1))  # there is no robot

@@ -222,6 +222,9 @@ Status DaemonLinks::Receive(size_t link, std::vector<lab::RobotMessage>* receive
         if (status.ok()) {
           status = Check(from, message);
         }
+        if (message.id == 0) {
+          return;  // nobody's
+        }
         const bool to_all = message.id == protocol::kBroadcastId;
         for (size_t robot = to_all ? first : first + message.id - 1u;
              robot < (to_all ? end : std::min(first + message.id, end)); ++robot) {
