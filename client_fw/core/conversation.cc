@@ -160,9 +160,9 @@ void Conversation::WaitForHello() {
   Contend(MediumAccess::kAtOnce);
 }
 
-// Nothing was answered, or there was nothing to ask. Only then is a silent server taken for one
-// that is not there: in bad air it is not heard for longer, and HELLO and its answer arrive more
-// seldom than any request.
+// Nothing was answered, no turn came, or there was nothing to ask. Only then is a silent server
+// taken for one that is not there: in bad air it is not heard for longer, and HELLO and its answer
+// arrive more seldom than any request.
 void Conversation::GiveUp() {
   if (timers_[kContacted] == 0) {
     behaviour_.OnSilence();

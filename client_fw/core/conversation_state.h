@@ -34,7 +34,7 @@ class ConversationState {
   enum class Phase : uint8_t { kResting, kContending, kAwaiting };
   enum Timer : uint8_t {
     kPosed,      ///< the pose of the request in progress is fresh
-    kContacted,  ///< since the last valid frame of the server for us: HELLO
+    kContacted,  ///< since the last valid frame of the server, or turn: HELLO once we give up
     kAckDue,     ///< our own ACK may still be sent
     kWindow,     ///< kAwaiting: our answer may still begin
     kPeriod,     ///< until the next period begins

@@ -378,6 +378,7 @@ TEST(FailSafeTest, PauseOfTheWholeLoopStopsTheRobot) {
     EXPECT_EQ(1u, harness.counters().fail_safe_stops);
     harness.Serve(1000);
     EXPECT_EQ(kStraight, harness.conversation.state().wheels) << pause_ms;
+    EXPECT_EQ(1u, harness.counters().hellos) << "the server answers the next request";
   }
 }
 

@@ -111,7 +111,8 @@ std::string DaemonConfig(const config::Value& tree, std::span<const DaemonAddres
   return text;
 }
 
-Status CheckRoom(size_t robots, size_t links) {
+Status CheckRoom(const lab::LabScenario& scenario, size_t links) {
+  const size_t robots = RobotsOf(scenario);
   if (const size_t needed = (robots - 1) / lab::kMaxRobotsOfLink + 1; links < needed) {
     return Error{
         fmt::format("--daemon: found {} link{}, expected {} or more for {} robots, {} on each",
@@ -134,7 +135,7 @@ Result<std::shared_ptr<DaemonLinks>> DaemonLinks::Open(std::span<const DaemonAdd
                                                        const lab::LabScenario& scenario) {
   std::shared_ptr<DaemonLinks> daemon(new DaemonLinks(scenario));
   const size_t robots = daemon->heard_.size();
-  PHEROMONE_TRY_STATUS(CheckRoom(robots, addresses.size()));
+  PHEROMONE_TRY_STATUS(CheckRoom(scenario, addresses.size()));
   daemon->robots_of_link_ = (robots - 1) / addresses.size() + 1;
   const size_t used = (robots - 1) / daemon->robots_of_link_ + 1;
   for (const DaemonAddress& address : addresses.first(used)) {

@@ -41,7 +41,7 @@ Result<std::vector<DaemonAddress>> ParseAddresses(std::span<const std::string> t
 std::string DaemonConfig(const config::Value& tree, std::span<const DaemonAddress> addresses);
 
 /// Errors: links for fewer robots.
-Status CheckRoom(size_t robots, size_t links);
+Status CheckRoom(const lab::LabScenario& scenario, size_t links);
 
 class DaemonLinks final : public lab::Server {
  public:

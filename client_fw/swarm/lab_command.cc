@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -227,7 +228,8 @@ int PrintConfig(const LabOptions& options) {
   if (!tree.ok()) {
     return Fail(tree.error(), kWrongInput);
   }
-  const Result<lab::LabScenario> scenario = lab::LoadLabScenario(options.file, settings.value());
+  const Result<lab::LabScenario> scenario = lab::ReadLabScenario(
+      tree.value(), options.file, std::filesystem::path(options.file).parent_path());
   if (!scenario.ok()) {
     return Fail(scenario.error(), kWrongInput);
   }
@@ -235,11 +237,7 @@ int PrintConfig(const LabOptions& options) {
   if (!addresses.ok()) {
     return Fail(addresses.error(), kWrongInput);
   }
-  size_t robots = 0;
-  for (const lab::RobotGroup& group : scenario.value().world.groups) {
-    robots += group.starts.size();
-  }
-  if (const Status room = CheckRoom(robots, addresses.value().size()); !room.ok()) {
+  if (const Status room = CheckRoom(scenario.value(), addresses.value().size()); !room.ok()) {
     return Fail(room.error(), kWrongInput);
   }
   fmt::print("{}", DaemonConfig(tree.value(), addresses.value()));
