@@ -57,9 +57,11 @@ class SignedServer:
         self.group_counter = 0xFFF0 if signs_to_all else 0xFFFFFFFF
         self.lose = lambda body: False
         self.executed, self.sent, self.heard, self.ignored, self.acknowledged = [], [], [], [], []
+        self.greeted = 0
         self.session = self.next_session = None
         self.last_seq, self.last_request, self.last_answer = 0, None, None
-        self.nonce, self.hello_number = None, -1
+        self.nonce = None  # of the last HELLO in a session
+        self.asked_nonce, self.hello_number = None, -1
         self.ours, self.theirs = socket.socketpair()
         self.lock = threading.Lock()
         self.thread = threading.Thread(target=self.run)
@@ -108,8 +110,8 @@ class SignedServer:
                     self.accept(body)
 
     def accept(self, body):
-        if body[1] == 0x71:
-            self.accept_hello(body)
+        if body[1] == 0x71 and len(body) == 2 + 10:
+            self.greet(body)
             return
         for session in filter(None, (self.session, self.next_session)):
             if (request := session.read(body)) is not None:
@@ -120,29 +122,33 @@ class SignedServer:
                 return
         self.ignored.append(body)
 
-    def accept_hello(self, body):
+    def greet(self, body):
         request, number, tag = body[:-6], int.from_bytes(body[-6:-4], "little"), body[-4:]
         nonce = request[2:4]
-        if mac(self.key, 4, number, request)[:4] != tag or nonce == self.nonce and \
-                number <= self.hello_number:
+        old = nonce == self.asked_nonce and number <= self.hello_number
+        if mac(self.key, 4, number, request)[:4] != tag or old:
             self.ignored.append(body)
             return
-        if nonce != self.nonce:
-            self.last_seq = (self.last_seq + 1) % 256
-        self.nonce, self.hello_number = nonce, number
+        self.asked_nonce, self.hello_number = nonce, number
         if self.lose(request):
             return
+        self.greeted += 1
         server_nonce = os.urandom(8)
         both = request[:2] + nonce + server_nonce
         self.next_session = Session(mac(self.key, 6, number, both), nonce)
         mask = mac(self.key, 7, number, both)
         masked = bytes(a ^ b for a, b in zip(self.group, mask))
-        answer = build("HELLO_ANSWER", request[0], nonce=int.from_bytes(nonce, "little"),
-                       protocol_version=1, epoch=self.epoch, pose_unit_10um=100,
-                       antenna_distance_mm=300, type_mask=6, slot_ms=2, response_window_ms=10,
-                       last_opcode=0, last_seq=self.last_seq)
-        answer += server_nonce + masked + self.group_counter.to_bytes(4, "little")
-        self.transmit(answer + mac(self.key, 5, number, answer)[:4])
+        greeting = (bytes([request[0], 0xF1]) + nonce + server_nonce + masked +
+                    self.group_counter.to_bytes(4, "little"))
+        self.transmit(greeting + mac(self.key, 5, number, greeting)[:4])
+
+    def hello_answer(self, robot, nonce):
+        if nonce != self.nonce:
+            self.last_seq = (self.last_seq + 1) % 256
+            self.nonce = nonce
+        return build("HELLO_ANSWER", robot, nonce=nonce, protocol_version=1, epoch=self.epoch,
+                     pose_unit_10um=100, antenna_distance_mm=300, type_mask=6, slot_ms=2,
+                     response_window_ms=10, last_opcode=0, last_seq=self.last_seq)
 
     def answer(self, request):
         message = parse(request)
@@ -150,7 +156,9 @@ class SignedServer:
         if name == "COMMAND_ACK":
             self.acknowledged.append(fields)
             return
-        if name == "PING":
+        if name == "HELLO":
+            answer = self.hello_answer(robot, fields["nonce"])
+        elif name == "PING":
             answer = build("PING_ANSWER", robot, payload=fields["payload"])
         elif name == "SENSE":
             answer = build("SENSE_ANSWER", robot, type=fields["type"], left=4096, right=2560)

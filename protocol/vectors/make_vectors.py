@@ -550,11 +550,10 @@ def signed_file():
     text = header(
         "Signed frames, and what their receiver makes of them (section 18).", "",
         "name | key | use | last | wire | ID OPCODE DATA | counter | MAC | verdict", "",
-        "The receiver has accepted counters up to \"last\" with this key, of a use. Of HELLO's answer",
-        "that is the number of the HELLO that the client has sent; of HELLO it means nothing. The rest",
-        "is what it finds: ID, OPCODE and DATA that the MAC covers, the server's nonce and the group's",
-        "key and counter being DATA here; the whole counter; and the 16 bytes of the MAC that it",
-        "computes. Numbers are decimal.", "",
+        "The receiver has accepted counters up to \"last\" with this key, of a use. Of the greeting",
+        "that is the number of the HELLO that the client has sent; of a HELLO with the robot's own key",
+        "it means nothing. The rest is what it finds: ID, OPCODE and DATA that the MAC covers; the",
+        "whole counter; and the 16 bytes of the MAC that it computes. Numbers are decimal.", "",
         "verdict    ok      the tag is right, and the counter the last accepted from now on",
         "           wrong   the frame is ignored; without a MAC, it is too short",
         "           key     no frame: the MAC is a key, or the mask of the group's")

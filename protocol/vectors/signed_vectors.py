@@ -5,9 +5,9 @@ has accepted counters up to `last` makes of it. AES and CMAC are those of naive_
 from naive_aes import cmac, combined
 from naive_protocol import body_of, coded_round_of, read_inside, wire_of
 
-CLIENT, SERVER, TO_ALL, HELLO, ANSWER, SESSION_KEY, GROUP_MASK = range(1, 8)
-ADDED = {CLIENT: 5, SERVER: 5, TO_ALL: 6, HELLO: 6, ANSWER: 32}  # bytes after DATA
-COUNTER_BYTES = {CLIENT: 1, SERVER: 1, TO_ALL: 2, HELLO: 2, ANSWER: 0}
+CLIENT, SERVER, TO_ALL, HELLO, GREETING, SESSION_KEY, GROUP_MASK = range(1, 8)
+COUNTER_BYTES = {CLIENT: 1, SERVER: 1, TO_ALL: 2, HELLO: 2, GREETING: 0}
+ADDED = {use: size + 4 for use, size in COUNTER_BYTES.items()}  # bytes after DATA
 
 KEY = bytes.fromhex("603DEB1015CA71BE2B73AEF0857D7781")  # of robot 7
 OTHER_KEY = bytes.fromhex("1F352C073B6108D72D9810A30914DFF4")
@@ -57,7 +57,7 @@ def derived(use, number=0, server_nonce=SERVER_NONCE):
 
 SESSION = derived(SESSION_KEY)[1]
 MASKED = combined(GROUP, derived(GROUP_MASK)[1])
-ANSWER_7 = HELLO_ANSWER_7 + SERVER_NONCE + MASKED + GROUP_COUNTER.to_bytes(4, "little")
+GREETING_7 = (HELLO_ANSWER_7[:4] + SERVER_NONCE + MASKED + GROUP_COUNTER.to_bytes(4, "little"))
 
 
 def received(key, use, last, wire):
@@ -71,7 +71,7 @@ def received(key, use, last, wire):
     tag, size = body[-4:], COUNTER_BYTES[use]
     sent = int.from_bytes(body[-4 - size:-4], "little")
     covered = body[:-4 - size]
-    if use in (HELLO, ANSWER):
+    if use in (HELLO, GREETING):
         counter = sent if use == HELLO else last
     else:
         counter = next(it for it in range(last + 1, last + 1 + (1 << 8 * size))
@@ -91,18 +91,20 @@ def good():
     return [
         ("hello", KEY, HELLO, 0, 0, HELLO_7),
         ("hello_again", KEY, HELLO, 0, 0x1002, HELLO_7),
-        ("hello_answer", KEY, ANSWER, 0, 0, ANSWER_7),
-        ("sense", own, CLIENT, 0, 1, SENSE),
-        ("sense_answer", own, SERVER, 0, 1, SENSE_ANSWER),
-        ("trace", own, CLIENT, 1, 2, TRACE),
-        ("trace_repeated", own, CLIENT, 2, 3, TRACE),
-        ("trace_answer", own, SERVER, 1, 2, TRACE_ANSWER),
-        ("trace_answer_repeated", own, SERVER, 2, 3, TRACE_ANSWER),
-        ("command_resume", own, SERVER, 3, 4, RESUME),
-        ("command_ack", own, CLIENT, 3, 4, RESUME_ACK),
-        ("error_read_only", own, SERVER, 4, 5, READ_ONLY),
-        ("ping_empty", own, CLIENT, 4, 5, PING),
-        ("symbol_longest", own, CLIENT, 5, 6, SYMBOL),
+        ("greeting", KEY, GREETING, 0, 0, GREETING_7),
+        ("hello_in_session", own, CLIENT, 0, 1, HELLO_7),
+        ("hello_answer", own, SERVER, 0, 1, HELLO_ANSWER_7),
+        ("sense", own, CLIENT, 1, 2, SENSE),
+        ("sense_answer", own, SERVER, 1, 2, SENSE_ANSWER),
+        ("trace", own, CLIENT, 2, 3, TRACE),
+        ("trace_repeated", own, CLIENT, 3, 4, TRACE),
+        ("trace_answer", own, SERVER, 2, 3, TRACE_ANSWER),
+        ("trace_answer_repeated", own, SERVER, 3, 4, TRACE_ANSWER),
+        ("command_resume", own, SERVER, 4, 5, RESUME),
+        ("command_ack", own, CLIENT, 4, 5, RESUME_ACK),
+        ("error_read_only", own, SERVER, 5, 6, READ_ONLY),
+        ("ping_empty", own, CLIENT, 5, 6, PING),
+        ("symbol_longest", own, CLIENT, 6, 7, SYMBOL),
         ("halt_to_all", to_all, TO_ALL, last, last + 1, HALT_ALL),
         ("round_counter_wraps", to_all, TO_ALL, last + 1, last + 2, round_of(2, 3)),
         ("round_coded", to_all, TO_ALL, last + 2, last + 3, round_of(2, 3)),
@@ -124,9 +126,9 @@ def changed():
         parts = {"id": 0, "opcode": 1, "data": 3, "tag": len(whole) - 3}
         if COUNTER_BYTES[use]:
             parts["counter"] = len(body)
-        if name == "hello_answer":
-            parts |= {"server_nonce": 18, "group_key": 30, "group_counter": 41}
-        if name in ("hello", "hello_answer", "sense", "sense_answer", "trace_repeated",
+        if name == "greeting":
+            parts |= {"server_nonce": 5, "group_key": 17, "group_counter": 28}
+        if name in ("hello", "greeting", "hello_in_session", "hello_answer", "sense", "sense_answer", "trace_repeated",
                     "command_resume", "halt_to_all"):
             rows += [(f"{name}_{part}_changed", key, use, last, bit_changed(whole, at))
                      for part, at in parts.items()]
@@ -136,15 +138,15 @@ def changed():
 def wrong():
     """name, key, use, last, body as sent."""
     other_session = derived(SESSION_KEY, 1)[1]
-    first, resume = signed(SESSION, CLIENT, 1, SENSE), signed(SESSION, SERVER, 4, RESUME)
+    first, resume = signed(SESSION, CLIENT, 1, SENSE), signed(SESSION, SERVER, 5, RESUME)
     halt = signed(GROUP, TO_ALL, GROUP_COUNTER + 1, HALT_ALL)
     return changed() + [
         ("sense_replayed", SESSION, CLIENT, 1, first),
         ("sense_replayed_after_256", SESSION, CLIENT, 257, first),
         ("sense_replayed_in_another_session", other_session, CLIENT, 0, first),
-        ("trace_replayed", SESSION, CLIENT, 3, signed(SESSION, CLIENT, 2, TRACE)),
-        ("resume_replayed", SESSION, SERVER, 4, resume),
-        ("resume_in_another_session", other_session, SERVER, 3, resume),
+        ("trace_replayed", SESSION, CLIENT, 4, signed(SESSION, CLIENT, 3, TRACE)),
+        ("resume_replayed", SESSION, SERVER, 5, resume),
+        ("resume_in_another_session", other_session, SERVER, 4, resume),
         ("halt_to_all_replayed", GROUP, TO_ALL, GROUP_COUNTER + 1, halt),
         ("after_256_missed", SESSION, SERVER, 250, signed(SESSION, SERVER, 507, SENSE_ANSWER)),
         ("of_another_robot", SESSION, CLIENT, 0, signed(OTHER_KEY, CLIENT, 1, SENSE)),
@@ -153,12 +155,14 @@ def wrong():
         ("to_all_by_the_sessions_key", GROUP, TO_ALL, GROUP_COUNTER,
          signed(SESSION, TO_ALL, GROUP_COUNTER + 1, HALT_ALL)),
         ("to_one_by_the_groups_key", SESSION, SERVER, 3, signed(GROUP, SERVER, 4, RESUME)),
-        ("answer_to_another_hello", KEY, ANSWER, 1, signed(KEY, ANSWER, 0, ANSWER_7)),
+        ("greeting_of_another_hello", KEY, GREETING, 1, signed(KEY, GREETING, 0, GREETING_7)),
+        ("hello_in_session_by_the_robots_key", SESSION, CLIENT, 0, signed(KEY, CLIENT, 1, HELLO_7)),
         ("hello_by_another_key", KEY, HELLO, 0, signed(OTHER_KEY, HELLO, 0, HELLO_7)),
         ("unsigned_sense", SESSION, CLIENT, 0, SENSE),
         ("unsigned_ping", SESSION, CLIENT, 0, PING),
         ("unsigned_hello", KEY, HELLO, 0, HELLO_7),
-        ("unsigned_hello_answer", KEY, ANSWER, 0, HELLO_ANSWER_7),
+        ("unsigned_hello_in_session", SESSION, CLIENT, 0, HELLO_7),
+        ("unsigned_hello_answer", SESSION, SERVER, 0, HELLO_ANSWER_7),
         ("unsigned_resume", SESSION, SERVER, 3, RESUME),
         ("unsigned_halt_to_all", GROUP, TO_ALL, GROUP_COUNTER, HALT_ALL),
     ]

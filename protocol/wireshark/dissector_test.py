@@ -185,7 +185,7 @@ class DissectorTest(unittest.TestCase):
                    mac.replace(" ", "").lower()[:8])
                   for name, _, use, _, wire, covered, counter, mac, verdict in rows("signed.txt")
                   if verdict == "ok"]
-        names = ["verdict", "opcode", "counter", "hello_number", "mac", "server_nonce", "group_key",
+        names = ["verdict", "opcode", "message", "counter", "hello_number", "mac", "server_nonce", "group_key",
                  "group_counter", "payload", "text", "turn"]
         packets = [(0, i, INBOUND, wire, 0) for i, (_, _, wire, *_) in enumerate(signed)]
         fields = ["pheromone." + name for name in names]
@@ -194,8 +194,7 @@ class DissectorTest(unittest.TestCase):
         for (name, use, _, covered, counter, mac), columns in zip(signed, found):
             added = {"mac": [mac]}
             if use == 5:
-                added |= {"server_nonce": [covered[-28:-20].hex()],
-                          "group_key": [covered[-20:-4].hex()],
+                added |= {"server_nonce": [covered[4:12].hex()], "group_key": [covered[12:28].hex()],
                           "group_counter": [str(int.from_bytes(covered[-4:], "little"))]}
             elif use == 4:
                 added["hello_number"] = [str(counter)]
@@ -207,6 +206,7 @@ class DissectorTest(unittest.TestCase):
                 added["turn"] = [str(it) for it in covered[8 + 4 * (covered[7] % 16):]]
             with self.subTest(name):
                 shown = {key: values for key, values in zip(names, columns) if values}
+                self.assertEqual(shown.pop("message") == ["GREETING"], use == 5)
                 self.assertEqual(shown, {"verdict": ["ok"], "opcode": [f"0x{covered[1]:02x}"],
                                          **{key: it for key, it in added.items() if it}})
 

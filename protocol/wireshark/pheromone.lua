@@ -262,12 +262,20 @@ local EVERYBODY = 0xFF
 local MAC = { f.mac, 4 }
 local OF_ONE = { { f.counter, 1 }, MAC }
 local OF_ALL = { { f.counter, 2 }, MAC }
-local OF_HELLO = { [0x71] = { { f.hello_number, 2 }, MAC },
-                   [0xF1] = { { f.server_nonce, 8 }, { f.group_key, 16 }, { f.group_counter, 4 },
-                              MAC } }
+-- HELLO that asks for a session, and the greeting that answers it, are told by their lengths.
+local HELLO, HELLO_BYTES, OF_HELLO = 0x71, 4, { { f.hello_number, 2 }, MAC }
+local GREETING, GREETING_BYTES = 0xF1, 34
+local GREETING_DATA = { { f.nonce, 2 }, { f.server_nonce, 8 }, { f.group_key, 16 },
+                        { f.group_counter, 4 } }
+local function is_greeting(opcode, length)
+  return pheromone.prefs.signed and opcode == GREETING and length == GREETING_BYTES
+end
 local function signature_layout(body)
   if not pheromone.prefs.signed then return {} end
-  return body[1] == EVERYBODY and OF_ALL or OF_HELLO[body[2]] or OF_ONE
+  local length = #body - MIN_FRAME
+  return body[1] == EVERYBODY and OF_ALL or
+      is_greeting(body[2], length) and { MAC } or
+      body[2] == HELLO and length == HELLO_BYTES + 6 and OF_HELLO or OF_ONE
 end
 
 local function length_of(layout)
@@ -340,7 +348,9 @@ local function find_layout(opcode, data)
   local known = OTHERS[opcode]
   local typed = TYPED[opcode - opcode % 16]
   if not known and typed and opcode % 16 ~= 0 then known = typed end
-  if opcode == 0x72 or opcode == 0xF2 then
+  if is_greeting(opcode, data:len() + MAC[2]) then
+    return "GREETING", GREETING_DATA, false
+  elseif opcode == 0x72 or opcode == 0xF2 then
     local name = opcode == 0x72 and "PING" or "PING_ANSWER"
     if data:len() > MAX_PING then return name, nil end
     return name, { { f.payload, data:len() } }, false

@@ -12,9 +12,9 @@ from .wire import EVERYBODY, HELLO, HELLO_ANSWER
 
 KEY_BYTES = 16
 _TAG, _SERVER_NONCE = 4, 8
-_OF_ANSWER = _SERVER_NONCE + KEY_BYTES + 4  # what is added to HELLO's answer before the tag
+_GREETING = 2 + _SERVER_NONCE + KEY_BYTES + 4 + _TAG  # bytes of its DATA
 _NOT_SIGNED = 0xFFFFFFFF  # the group's counter on a link that takes unsigned frames as well
-_CLIENT, _SERVER, _TO_ALL, _HELLO, _ANSWER, _SESSION_KEY, _GROUP_MASK = range(1, 8)
+_CLIENT, _SERVER, _TO_ALL, _HELLO, _GREETS, _SESSION_KEY, _GROUP_MASK = range(1, 8)
 
 
 def _double(byte: int) -> int:
@@ -107,29 +107,30 @@ class Signer:
         self._key = Mac(key)
         self._id = client_id
         self._numbers: defaultdict[bytes, int] = defaultdict(int)  # the next HELLO's, by nonce
-        self._asked: tuple[bytes, int] | None = None  # the HELLO that is not answered yet
+        self._asked: tuple[bytes, int] | None = None  # the HELLO that was not greeted yet
         self._session: Mac | None = None
         self._sent = self._heard = 0
         self._group: Mac | None = None
         self._group_heard = 0
 
     @property
-    def ready(self) -> bool:
-        """HELLO has been answered."""
-        return self._session is not None
+    def awaits_greeting(self) -> bool:
+        return self._asked is not None
+
+    def ask(self, hello: bytes) -> bytes:
+        """HELLO as it asks for a session: the server greets. ValueError: no more with this nonce."""
+        nonce = hello[2:4]
+        number = self._numbers[nonce]
+        if number > 0xFFFF:
+            raise ValueError("HELLO was sent 65536 times with this nonce: the next one, please")
+        self._numbers[nonce] = number + 1
+        self._asked = nonce, number
+        tag = self._key(_covered(_HELLO, number, hello))[:_TAG]
+        return hello + number.to_bytes(2, "little") + tag
 
     def sign(self, body: bytes) -> bytes:
         """With what is added; each frame that is sent is signed anew. ValueError: there is no
-        session yet, or no more HELLO with this nonce."""
-        if body[1] == HELLO:
-            nonce = body[2:4]
-            number = self._numbers[nonce]
-            if number > 0xFFFF:
-                raise ValueError("HELLO was sent 65536 times with this nonce: the next one, please")
-            self._numbers[nonce] = number + 1
-            self._asked = nonce, number
-            tag = self._key(_covered(_HELLO, number, body))[:_TAG]
-            return body + number.to_bytes(2, "little") + tag
+        session yet."""
         if self._session is None or self._sent >= _NOT_SIGNED - 1:
             raise ValueError("with a key, hello() comes first")
         self._sent += 1
@@ -142,8 +143,9 @@ class Signer:
             return self._verify_to_all(body)
         if body[0] != self._id or len(body) < 2 + _TAG + 1:
             return None
-        if body[1] == HELLO_ANSWER:
-            return self._accept_answer(body)
+        if body[1] == HELLO_ANSWER and len(body) == 2 + _GREETING:
+            self._accept_greeting(body)
+            return None
         covered, low, tag = body[:-_TAG - 1], body[-_TAG - 1], body[-_TAG:]
         counter = self._heard + 1 + (low - self._heard - 1 & 0xFF)
         if self._session is None or not _fits(self._session, _SERVER, counter, covered, tag):
@@ -153,7 +155,7 @@ class Signer:
 
     def _verify_to_all(self, body: bytes) -> bytes | None:
         if self._group is None or len(body) < 2 + 2 + _TAG:
-            return body if self.ready and self._group is None else None
+            return body if self._session is not None and self._group is None else None
         covered, low, tag = body[:-_TAG - 2], body[-_TAG - 2:-_TAG], body[-_TAG:]
         last = self._group_heard
         counter = last + 1 + (int.from_bytes(low, "little") - last - 1 & 0xFFFF)
@@ -162,24 +164,23 @@ class Signer:
         self._group_heard = counter
         return covered
 
-    def _accept_answer(self, body: bytes) -> bytes | None:
-        """Begins the session that HELLO's answer tells; once."""
-        if self._asked is None or len(body) < 4 + _OF_ANSWER + _TAG:
-            return None
+    def _accept_greeting(self, body: bytes) -> None:
+        """Begins the session; once, or counters would be used twice."""
+        if self._asked is None:
+            return
         nonce, number = self._asked
-        told = body[:-_TAG]
-        if body[2:4] != nonce or not _fits(self._key, _ANSWER, number, told, body[-_TAG:]):
-            return None
-        added = told[-_OF_ANSWER:]
-        nonces = bytes((self._id, HELLO)) + nonce + added[:_SERVER_NONCE]
+        told, tag = body[:-_TAG], body[-_TAG:]
+        if body[2:4] != nonce or not _fits(self._key, _GREETS, number, told, tag):
+            return
+        both, group = told[2:4 + _SERVER_NONCE], told[4 + _SERVER_NONCE:-4]
+        nonces = bytes((self._id, HELLO)) + both
         self._asked = None
         self._session = Mac(self._key(_covered(_SESSION_KEY, number, nonces)))
         self._sent = self._heard = 0
         mask = self._key(_covered(_GROUP_MASK, number, nonces))
-        self._group_heard = int.from_bytes(added[-4:], "little")
+        self._group_heard = int.from_bytes(told[-4:], "little")
         signs = self._group_heard != _NOT_SIGNED
-        self._group = Mac(_xor(mask, added[_SERVER_NONCE:-4])) if signs else None
-        return told[:-_OF_ANSWER]
+        self._group = Mac(_xor(mask, group)) if signs else None
 
 
 def _fits(key: Mac, use: int, counter: int, covered: bytes, tag: bytes) -> bool:

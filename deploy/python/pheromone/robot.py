@@ -92,7 +92,7 @@ class Client:
 
     With a `key` of 16 bytes, frames are signed, and what is not signed is ignored (section 18). Then
     hello() comes before any other request, with a nonce that the key has not had: next_boot. After
-    silence it is said again, with the same nonce.
+    silence a new session begins, with the same nonce.
     """
 
     def __init__(
@@ -130,7 +130,10 @@ class Client:
         if new:
             self._last_command = None
         request = build_hello(self.client_id, nonce, **fields)
-        told = ServerInfo(**self._ask(request, self.tries))
+        if self._signer is None:
+            told = ServerInfo(**self._ask(request, self.tries))
+        else:
+            told = self._begin_session(request)
         self.line.moved = False
         if told.protocol_version != 1:
             raise ValueError(f"the server speaks version {told.protocol_version}, not 1")
@@ -252,7 +255,8 @@ class Client:
         self._in_step = False
         heard: list[bytes]
         if self._signer is not None:
-            return self._greet_again()
+            self._greet_again()
+            return []
         for _ in range(self.tries):
             self._ping_count += 1
             payload = self._ping_tag + self._ping_count.to_bytes(8, "little")
@@ -270,23 +274,42 @@ class Client:
             self.line.go_on()
         raise NoAnswer("no echo of a PING")
 
-    def _greet_again(self) -> list[bytes]:
-        """With a key, HELLO does what a PING does without: nothing of the session before is taken
-        any more. And a server that was started again has no session."""
+    def _begin_session(self, hello: bytes) -> ServerInfo:
+        """Asks for a session, and says HELLO in it. With a key, this does what a PING does without:
+        nothing of the session before is taken any more. And a server that was started again has
+        none."""
+        for left in reversed(range(self.tries)):
+            answer = self._exchange(hello) if self._is_greeted(hello) else None
+            if answer is None:
+                self.line.go_on()
+            elif answer.name == "HELLO_ANSWER":
+                return ServerInfo(**answer.fields)
+            elif answer.fields["reason"] != wire.BUSY or not left:
+                raise ErrorAnswer(**answer.fields)
+            else:
+                time.sleep(self.timeout / 4)
+        raise NoAnswer("no answer to HELLO")
+
+    def _is_greeted(self, hello: bytes) -> bool:
+        assert self._signer is not None
+        self._in_step = False
+        self.line.send(wire.PAD + wire.encode(self._signer.ask(hello)))
+        deadline = time.monotonic() + self.timeout * self.line.slowness
+        while (heard := self._receive(deadline)) is not None:
+            self._overhear(heard)
+        self._in_step = not self._signer.awaits_greeting
+        return self._in_step
+
+    def _greet_again(self) -> None:
+        """A session that the caller did not ask for."""
         if self._nonce is None:
             raise ValueError("with a key, hello() comes first")
-        for _ in range(self.tries):
-            answer = self._exchange(self._hello)
-            if answer is not None and answer.name == "HELLO_ANSWER":
-                told = ServerInfo(**answer.fields)
-                if told.epoch != self._epoch:
-                    self._in_step = False
-                    raise NewEpoch("the server has another epoch")
-                self.line.moved = False
-                self._take(self._nonce, told)
-                return []
-            self.line.go_on()
-        raise NoAnswer("no answer to HELLO")
+        told = self._begin_session(self._hello)
+        if told.epoch != self._epoch:
+            self._in_step = False
+            raise NewEpoch("the server has another epoch")
+        self.line.moved = False
+        self._take(self._nonce, told)
 
     def _change(self, name: str, **fields: Any) -> dict[str, Any]:
         """Makes a mutating request. The next one takes the next number, whatever becomes of
@@ -306,13 +329,10 @@ class Client:
     def _ask(self, request: bytes, tries: int) -> dict[str, Any]:
         """Repeats a request until it is answered, and returns the fields of the answer."""
         for left in reversed(range(tries)):
-            greets = self._signer is not None and request[1] == wire.HELLO
-            if not self._in_step and not greets:
+            if not self._in_step:
                 self.resynchronise()
             answer = self._exchange(request)
             if answer is None:
-                if greets:
-                    self.line.go_on()
                 continue
             if answer.name != "ERROR":
                 if answer.name != "HELLO_ANSWER":
@@ -332,8 +352,6 @@ class Client:
         while (heard := self._receive(deadline)) is not None:
             if (answer := answer_in(heard, request)) is not None:
                 self.line.unanswered = b""
-                if answer.name == "HELLO_ANSWER" and self._signer is not None:
-                    self._in_step = True
                 if mutates(request) and answer.fields.get("reason") not in PUT_OFF:
                     self._put_off_since = None
                 return answer
@@ -354,9 +372,12 @@ class Client:
         return stuck
 
     def _receive(self, deadline: float) -> bytes | None:
-        """As Line.receive, without what is to be ignored."""
-        while (body := self.line.receive(deadline)) is not None and self._signer is not None:
-            if (verified := self._signer.verify(body)) is not None:
+        """As Line.receive, without what is to be ignored. None also if the server greets."""
+        signer = self._signer
+        while (body := self.line.receive(deadline)) is not None and signer is not None:
+            awaited = signer.awaits_greeting
+            verified = signer.verify(body)
+            if verified is not None or awaited != signer.awaits_greeting:
                 return verified
         return body
 
