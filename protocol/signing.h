@@ -9,6 +9,8 @@
 #include <stdint.h>
 
 #include "protocol/aes.h"
+#include "protocol/frame.h"
+#include "protocol/opcodes.h"
 
 namespace pheromone {
 namespace protocol {
@@ -33,6 +35,21 @@ constexpr uint8_t kSignatureOfHello = 2 + kTagSize;
 /// HELLO's answer: the server's nonce, the group's key and its counter, u32, and the tag.
 constexpr uint8_t kServerNonce = 8;
 constexpr uint8_t kSignatureOfAnswer = kServerNonce + kAesBlock + 4 + kTagSize;
+
+/// Of a signed frame.
+constexpr uint8_t SignatureSize(uint8_t id, uint8_t opcode) {
+  return id == kBroadcastId       ? kSignatureToAll
+         : opcode == kHello       ? kSignatureOfHello
+         : opcode == kHelloAnswer ? kSignatureOfAnswer
+                                  : kSignature;
+}
+
+/// Of a message that may be signed, what it says if it is.
+inline Message WithoutSignature(Message message) {
+  const uint8_t size = SignatureSize(message.id, message.opcode);
+  message.length = message.length < size ? uint8_t{0} : static_cast<uint8_t>(message.length - size);
+  return message;
+}
 
 struct MacHead {
   MacUse use;

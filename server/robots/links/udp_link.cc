@@ -167,6 +167,9 @@ class UdpLink final : public ListeningLink<udp::socket> {
   void Note(protocol::Message message, const PeerAddress& from, const engine::Asker& asker) {
     if (context().signing != nullptr &&
         !context().signing->Open(&message, std::chrono::nanoseconds(asker.asked_ns))) {
+      if (tapped_.tap != nullptr) {
+        tapped_.tap->Rejected(tapped_.line.link, message, protocol::Reason::kNone);
+      }
       return;
     }
     if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {

@@ -69,9 +69,11 @@ void Channel::Resume(const std::vector<RoundMember>& members, Time now) {
 void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
                    std::vector<protocol::Message>* messages) {
   heard_at_ = now;
+  refused_.clear();
   const uint32_t damaged = Damaged(decoder_.counters());
   decoder_.PushBlock(bytes.data(), bytes.size(), DecoderTime(now), [&](protocol::Message message) {
     if (options_.signing != nullptr && !options_.signing->Open(&message, now)) {
+      refused_.push_back(message);
       return;
     }
     messages->push_back(message);

@@ -81,6 +81,8 @@ class Channel {
   /// read before: a busy machine may read something of before a ROUND after it.
   void Hear(std::span<const uint8_t> bytes, Time now, Time since,
             std::vector<protocol::Message>* messages);
+  /// What was not signed as it has to be, of the last call of Hear.
+  const std::vector<protocol::Message>& refused() const { return refused_; }
 
   /// An answer to a request that was read at `asked_at`.
   void Answer(const protocol::Message& message, Time asked_at, Time now);
@@ -142,6 +144,7 @@ class Channel {
   const OnDropped on_dropped_;
   protocol::FrameDecoder decoder_;
   Rounds rounds_;
+  std::vector<protocol::Message> refused_;
   std::deque<Frame> queue_;  // half duplex: answers, then the rest
   size_t queued_bytes_ = 0;
   Time heard_at_;
