@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "protocol/byte_order.h"
 #include "protocol/coded_round.h"
 #include "protocol/decoder.h"
-#include "protocol/opcodes.h"
 #include "protocol/signing.h"
 #include "protocol/testing/vectors.h"
 
@@ -67,7 +67,7 @@ size_t SizeOfAdded(unsigned use) {
                                        {MacUse::kServerFrame, kSignature},
                                        {MacUse::kToAll, kSignatureToAll},
                                        {MacUse::kHello, kSignatureOfHello},
-                                       {MacUse::kHelloAnswer, kSignatureOfAnswer}};
+                                       {MacUse::kGreeting, kTagSize}};
   return sizes.at(static_cast<MacUse>(use));
 }
 
@@ -132,30 +132,28 @@ TEST(SignedVectors, ACodedRoundCodesItsSignature) {
     Bytes wire(CodedRoundBytes(body.size() - 2));
     ASSERT_EQ(EncodeCodedRound(testing::ToMessage(body), wire.data()), wire.size());
     EXPECT_EQ(wire, vector.wire);
+    EXPECT_EQ(DecodedBody(wire), body);
     ++seen;
   }
   EXPECT_EQ(seen, 3);
 }
 
-// The session's key is that of its frames, and the answer's mask hides that of the frames to all.
+// The session's key is that of its frames, and the greeting's mask hides that of the frames to all.
 TEST(SignedVectors, TheKeysAreThoseOfTheFrames) {
   EXPECT_EQ(Named("session_key").mac, Named("sense").key);
-  const Bytes answer = Named("hello_answer").covered;
+  const Bytes greeting = DecodedBody(Named("greeting").wire);
+  ASSERT_TRUE(IsGreeting(testing::ToMessage(greeting)));
   const SignedVector halt = Named("halt_to_all");
-  const auto masked = answer.end() - 4 - kAesBlock;
+  const auto data = greeting.begin() + 2;
   const Bytes mask = Named("group_mask").mac;
   Bytes group(kAesBlock);
-  std::transform(mask.begin(), mask.end(), masked, group.begin(),
+  std::transform(mask.begin(), mask.end(), data + kGroupKeyAt, group.begin(),
                  [](uint8_t a, uint8_t b) { return static_cast<uint8_t>(a ^ b); });
   EXPECT_EQ(group, halt.key);
-  uint32_t counter = 0;
-  for (size_t i = 1; i <= 4; ++i) {
-    counter = counter << 8 | answer[answer.size() - i];
-  }
-  EXPECT_EQ(counter, halt.last);
-  const Bytes nonce(masked - kServerNonce, masked);
+  EXPECT_EQ(GetU32(&*(data + kGroupCounterAt)), halt.last);
+  const Bytes nonces(data, data + kGroupKeyAt);
   const Bytes derived_from = Named("session_key").covered;
-  EXPECT_EQ(nonce, Bytes(derived_from.end() - kServerNonce, derived_from.end()));
+  EXPECT_EQ(nonces, Bytes(derived_from.begin() + 2, derived_from.end()));
 }
 
 TEST(SignedVectors, TheReadmeQuotesThem) {
@@ -173,7 +171,8 @@ TEST(SignedVectors, TheReadmeQuotesThem) {
     }
     return text;
   };
-  for (const char* name : {"hello", "hello_answer", "sense", "sense_answer", "halt_to_all"}) {
+  for (const char* name : {"hello", "greeting", "hello_in_session", "hello_answer", "sense",
+                           "sense_answer", "halt_to_all"}) {
     EXPECT_NE(readme.find(hexadecimal(Named(name).wire)), std::string::npos) << name;
     EXPECT_NE(readme.find(hexadecimal(Named(name).key)), std::string::npos) << name;
   }
