@@ -2,21 +2,23 @@
 // server/robots/signing and client_fw/core/signing.
 //
 //   uint8_t mac[16];
-//   ComputeMac(key, {MacUse::kFromClient, counter, id, opcode}, data, length, mac);
+//   ComputeMac(key, {MacUse::kClientFrame, counter, id, opcode}, data, length, mac);
 //   frame: DATA, low byte of `counter`, mac[0] ... mac[3]
 #pragma once
 
 #include <stdint.h>
 
 #include "protocol/aes.h"
+#include "protocol/frame.h"
+#include "protocol/opcodes.h"
 
 namespace pheromone {
 namespace protocol {
 
 /// For what a MAC stands; the first byte that it covers.
 enum class MacUse : uint8_t {
-  kFromClient = 1,  ///< a frame of a session
-  kFromServer = 2,
+  kClientFrame = 1,  ///< a frame of a session
+  kServerFrame = 2,
   kToAll = 3,  ///< of the server to all: ROUND and halt
   kHello = 4,  ///< by the robot's own key, as the rest
   kHelloAnswer = 5,
@@ -33,6 +35,21 @@ constexpr uint8_t kSignatureOfHello = 2 + kTagSize;
 /// HELLO's answer: the server's nonce, the group's key and its counter, u32, and the tag.
 constexpr uint8_t kServerNonce = 8;
 constexpr uint8_t kSignatureOfAnswer = kServerNonce + kAesBlock + 4 + kTagSize;
+
+/// Of a signed frame.
+constexpr uint8_t SignatureSize(uint8_t id, uint8_t opcode) {
+  return id == kBroadcastId       ? kSignatureToAll
+         : opcode == kHello       ? kSignatureOfHello
+         : opcode == kHelloAnswer ? kSignatureOfAnswer
+                                  : kSignature;
+}
+
+/// Of a message that may be signed, what it says if it is.
+inline Message WithoutSignature(Message message) {
+  const uint8_t size = SignatureSize(message.id, message.opcode);
+  message.length = message.length < size ? uint8_t{0} : static_cast<uint8_t>(message.length - size);
+  return message;
+}
 
 struct MacHead {
   MacUse use;

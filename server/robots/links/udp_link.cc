@@ -164,7 +164,14 @@ class UdpLink final : public ListeningLink<udp::socket> {
     HandleBatch();
   }
 
-  void Note(const protocol::Message& message, const PeerAddress& from, const engine::Asker& asker) {
+  void Note(protocol::Message message, const PeerAddress& from, const engine::Asker& asker) {
+    if (context().signing != nullptr &&
+        !context().signing->Open(&message, std::chrono::nanoseconds(asker.asked_ns))) {
+      if (tapped_.tap != nullptr) {
+        tapped_.tap->Rejected(tapped_.line.link, message, protocol::Reason::kNone);
+      }
+      return;
+    }
     if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
       peers_[message.id] = from;
     }
@@ -214,7 +221,12 @@ class UdpLink final : public ListeningLink<udp::socket> {
     if (writer_.full()) {
       Flush();
     }
-    writer_.Add(message, peer);
+    protocol::Message sealed = message;
+    if (context().signing != nullptr && !context().signing->Sign(&sealed)) {
+      CountUndeliverable(message);
+      return;
+    }
+    writer_.Add(sealed, peer);
   }
 
   void Flush() override {
