@@ -13,8 +13,8 @@ namespace pheromone::signing {
 namespace {
 
 constexpr const char* kDigits = "000102030405060708090a0b0c0d0eFF";
-constexpr Key kKey = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 255};
-constexpr Key kOther = {0xAB, 1};
+constexpr Key kKeyOfSeven = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 255};
+constexpr Key kKeyOfEight = {0xAB, 1};
 
 TEST(KeysFile, ALineIsARobot) {
   const auto file =
@@ -25,13 +25,13 @@ TEST(KeysFile, ALineIsARobot) {
   ASSERT_TRUE(file.ok()) << file.error();
   const auto& robots = file.value().robots();
   ASSERT_EQ(robots.size(), 3U);
-  EXPECT_EQ(robots.at(7).key, kKey);
+  EXPECT_EQ(robots.at(7).key, kKeyOfSeven);
   EXPECT_EQ(robots.at(7).comment, "the red one");
   EXPECT_EQ(robots.at(7).line, 3U);
   EXPECT_EQ(robots.at(254).comment, "spare");
   EXPECT_EQ(robots.at(1).key, (Key{0x10}));
   EXPECT_EQ(robots.at(1).comment, "");
-  EXPECT_EQ(file.value().keys().at(7), kKey);
+  EXPECT_EQ(file.value().keys().at(7), kKeyOfSeven);
   EXPECT_EQ(file.value().keys().size(), 3U);
 }
 
@@ -90,8 +90,8 @@ TEST(KeysFile, ChangesKeepAllOtherLines) {
                                   " red\n\n# blue:\n9 ffffffffffffffffffffffffffffffff # blue",
                               "k");
   ASSERT_TRUE(file.ok()) << file.error();
-  EXPECT_FALSE(file.value().Add(7, kOther));
-  EXPECT_TRUE(file.value().Add(8, kOther));
+  EXPECT_FALSE(file.value().Add(7, kKeyOfEight));
+  EXPECT_TRUE(file.value().Add(8, kKeyOfEight));
   EXPECT_TRUE(file.value().Remove(7));
   EXPECT_FALSE(file.value().Remove(7));
   EXPECT_EQ(file.value().text(),
@@ -99,7 +99,7 @@ TEST(KeysFile, ChangesKeepAllOtherLines) {
             "8 ab010000000000000000000000000000\n");
   EXPECT_TRUE(file.value().Remove(9));  // its line has moved
   EXPECT_EQ(file.value().text(), "# ours\r\n\n# blue:\n8 ab010000000000000000000000000000\n");
-  EXPECT_EQ(file.value().keys(), (Keys{{8, kOther}}));
+  EXPECT_EQ(file.value().keys(), (Keys{{8, kKeyOfEight}}));
 }
 
 class KeysFileOnDisk : public ::testing::Test {
@@ -115,7 +115,7 @@ class KeysFileOnDisk : public ::testing::Test {
 
 TEST_F(KeysFileOnDisk, IsReadAsItWasWrittenByItsOwnerOnly) {
   KeysFile file;
-  ASSERT_TRUE(file.Add(7, kKey));
+  ASSERT_TRUE(file.Add(7, kKeyOfSeven));
   const mode_t before = umask(0);
   const Status written = file.Write(path_);
   umask(before);
@@ -123,7 +123,7 @@ TEST_F(KeysFileOnDisk, IsReadAsItWasWrittenByItsOwnerOnly) {
   EXPECT_EQ(Mode(), 0600U);
   const auto read = KeysFile::Read(path_);
   ASSERT_TRUE(read.ok()) << read.error();
-  EXPECT_EQ(read.value().keys(), (Keys{{7, kKey}}));
+  EXPECT_EQ(read.value().keys(), (Keys{{7, kKeyOfSeven}}));
   EXPECT_EQ(read.value().text(), file.text());
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}), 1);
 }
