@@ -72,8 +72,7 @@ void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
   refused_.clear();
   const uint32_t damaged = Damaged(decoder_.counters());
   decoder_.PushBlock(bytes.data(), bytes.size(), DecoderTime(now), [&](protocol::Message message) {
-    if (options_.signing != nullptr && !options_.signing->Open(&message, now)) {
-      refused_.push_back(message);
+    if (options_.signing != nullptr && !Open(&message, now)) {
       return;
     }
     messages->push_back(message);
@@ -84,6 +83,22 @@ void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
   if (options_.half_duplex) {
     rounds_.OnBytes(now, Damaged(decoder_.counters()) != damaged);
   }
+}
+
+// Answers a first HELLO by itself. True: a message for the server.
+bool Channel::Open(protocol::Message* message, Time now) {
+  const protocol::Message received = *message;
+  switch (options_.signing->Open(message, now)) {
+    case signing::Opened::kMessage:
+      return true;
+    case signing::Opened::kGreeting:
+      Enqueue(*message, now);
+      break;
+    case signing::Opened::kIgnore:
+      break;
+  }
+  refused_.push_back(received);
+  return false;
 }
 
 void Channel::Answer(const protocol::Message& message, Time asked_at, Time now) {

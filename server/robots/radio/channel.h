@@ -81,7 +81,8 @@ class Channel {
   /// read before: a busy machine may read something of before a ROUND after it.
   void Hear(std::span<const uint8_t> bytes, Time now, Time since,
             std::vector<protocol::Message>* messages);
-  /// What was not signed as it has to be, of the last call of Hear.
+  /// What the server is not to see, of the last call of Hear: not signed as it has to be, or a
+  /// first HELLO, which is answered.
   const std::vector<protocol::Message>& refused() const { return refused_; }
 
   /// An answer to a request that was read at `asked_at`.
@@ -127,6 +128,7 @@ class Channel {
     What what = What::kNothing;
   };
 
+  bool Open(protocol::Message* message, Time now);
   void Enqueue(const protocol::Message& message, std::optional<Time> asked_at);
   void DropFront();
   Frame Take(const std::deque<Frame>::iterator& at);

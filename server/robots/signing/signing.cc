@@ -15,7 +15,6 @@ using protocol::MacUse;
 using Mac = std::array<uint8_t, protocol::kAesBlock>;
 
 constexpr uint8_t kHelloSize = 4;
-constexpr uint32_t kUnsignedToAll = 0xFFFFFFFF;
 constexpr std::chrono::seconds kSecond{1};
 
 // Of the message's ID, OPCODE, and the first `length` bytes of DATA.
@@ -87,14 +86,13 @@ bool Signing::has_session(uint8_t id) const {
   return robot != robots_.end() && (robot->second.current || robot->second.next);
 }
 
-bool Signing::Open(protocol::Message* message, std::chrono::nanoseconds now) {
+Opened Signing::Open(protocol::Message* message, std::chrono::nanoseconds now) {
   if (security_ == Security::kOff || protocol::IsFromServer(message->opcode)) {
-    return true;
+    return Opened::kMessage;
   }
   const auto found = robots_.find(message->id);
   if (found == robots_.end()) {
-    counters_.unknown_robots += security_ == Security::kRequire ? 1 : 0;
-    return security_ == Security::kAccept;
+    return Unsigned(&counters_.unknown_robots);
   }
   Robot& robot = found->second;
   if (now - robot.second >= kSecond) {
@@ -103,42 +101,58 @@ bool Signing::Open(protocol::Message* message, std::chrono::nanoseconds now) {
   }
   if (robot.wrong_tags >= kMostWrongTags) {
     ++counters_.wrong_tags;
-    return false;
+    return Opened::kIgnore;
   }
-  return message->opcode == protocol::kHello ? OpenHello(message, &robot)
-                                             : OpenFrame(message, &robot);
+  const bool greets = message->opcode == protocol::kHello &&
+                      message->length == kHelloSize + protocol::kSignatureOfHello;
+  return greets ? OpenHello(message, &robot) : OpenFrame(message, &robot);
 }
 
-bool Signing::OpenHello(protocol::Message* message, Robot* robot) {
-  if (message->length != kHelloSize + protocol::kSignatureOfHello) {
-    if (security_ == Security::kRequire) {
-      ++counters_.unsigned_frames;
-      return false;
-    }
-    robot->greeting.reset();
-    robot->current.reset();
-    robot->next.reset();
-    return true;
+// A frame without a signature.
+Opened Signing::Unsigned(uint64_t* counter) {
+  if (security_ == Security::kAccept) {
+    return Opened::kMessage;
   }
+  ++*counter;
+  return Opened::kIgnore;
+}
+
+Opened Signing::WrongTag(Robot* robot) {
+  ++robot->wrong_tags;
+  ++counters_.wrong_tags;
+  return Opened::kIgnore;
+}
+
+// The first one. Of one nonce, its number goes up.
+Opened Signing::OpenHello(protocol::Message* message, Robot* robot) {
+  const uint16_t nonce = protocol::GetU16(message->data);
   const uint16_t number = protocol::GetU16(message->data + kHelloSize);
   if (!Fits(MacOf(robot->key, MacUse::kHello, number, *message, kHelloSize), *message)) {
-    ++robot->wrong_tags;
-    ++counters_.wrong_tags;
-    return false;
+    return WrongTag(robot);
   }
-  robot->greeting = number;
-  message->length = kHelloSize;
-  return true;
+  const uint32_t greets = (uint32_t{nonce} << 16) | number;
+  if (robot->greeted && (*robot->greeted >> 16) == nonce && greets <= *robot->greeted) {
+    return WrongTag(robot);
+  }
+  robot->greeted = greets;
+  message->opcode = protocol::kHelloAnswer;
+  message->length = protocol::kServerNonceAt;
+  return Opened::kGreeting;
 }
 
-bool Signing::OpenFrame(protocol::Message* message, Robot* robot) {
+Opened Signing::OpenFrame(protocol::Message* message, Robot* robot) {
+  const bool is_plain_hello = message->opcode == protocol::kHello && message->length == kHelloSize;
+  if (is_plain_hello && security_ == Security::kAccept) {
+    robot->current.reset();
+    robot->next.reset();
+    return Opened::kMessage;
+  }
   if (!robot->current && !robot->next) {
-    counters_.unsigned_frames += security_ == Security::kRequire ? 1 : 0;
-    return security_ == Security::kAccept;
+    return Unsigned(&counters_.unsigned_frames);
   }
   if (message->length < protocol::kSignature) {
     ++counters_.unsigned_frames;
-    return false;
+    return Opened::kIgnore;
   }
   const auto length = static_cast<uint8_t>(message->length - protocol::kSignature);
   const auto is_of = [&](std::optional<Session>* session) {
@@ -156,12 +170,10 @@ bool Signing::OpenFrame(protocol::Message* message, Robot* robot) {
   if (is_of(&robot->next)) {
     robot->current = std::exchange(robot->next, std::nullopt);
   } else if (!is_of(&robot->current)) {
-    ++robot->wrong_tags;
-    ++counters_.wrong_tags;
-    return false;
+    return WrongTag(robot);
   }
   message->length = length;
-  return true;
+  return Opened::kMessage;
 }
 
 bool Signing::Sign(protocol::Message* message) {
@@ -177,8 +189,8 @@ bool Signing::Sign(protocol::Message* message) {
     return security_ == Security::kAccept;
   }
   Robot& robot = found->second;
-  if (message->opcode == protocol::kHelloAnswer && robot.greeting) {
-    SignHelloAnswer(message, &robot);
+  if (message->opcode == protocol::kHelloAnswer && message->length == protocol::kServerNonceAt) {
+    SignGreeting(message, &robot);
     return true;
   }
   std::optional<Session>& session = robot.current ? robot.current : robot.next;
@@ -196,27 +208,25 @@ bool Signing::Sign(protocol::Message* message) {
   return true;
 }
 
-void Signing::SignHelloAnswer(protocol::Message* message, Robot* robot) {
-  const uint16_t number = *std::exchange(robot->greeting, std::nullopt);
+void Signing::SignGreeting(protocol::Message* message, Robot* robot) {
+  const auto number = static_cast<uint16_t>(robot->greeted.value_or(0) & UINT16_MAX);
   std::array<uint8_t, protocol::kServerNonce> nonce{};
   random_(nonce);
-  protocol::Message secret;
-  secret.id = message->id;
-  secret.opcode = protocol::kHello;
-  Append(std::span(message->data, 2), &secret);  // the client's nonce
-  Append(nonce, &secret);
-  const Mac session = MacOf(robot->key, MacUse::kSessionKey, number, secret, secret.length);
-  Mac group = MacOf(robot->key, MacUse::kGroupMask, number, secret, secret.length);
+  Append(nonce, message);
+  protocol::Message nonces = *message;
+  nonces.opcode = protocol::kHello;
+  const Mac session = MacOf(robot->key, MacUse::kSessionKey, number, nonces, nonces.length);
+  robot->next.emplace().key.Set(session.data());
+  Mac group = MacOf(robot->key, MacUse::kGroupMask, number, nonces, nonces.length);
   for (size_t i = 0; i < group.size(); ++i) {
     group[i] = static_cast<uint8_t>(group[i] ^ group_[i]);
   }
-  robot->next.emplace().key.Set(session.data());
-  std::array<uint8_t, 4> counter{};
-  protocol::PutU32(counter.data(), security_ == Security::kRequire ? group_sent_ : kUnsignedToAll);
-  Append(nonce, message);
   Append(group, message);
+  std::array<uint8_t, 4> counter{};
+  protocol::PutU32(counter.data(),
+                   security_ == Security::kRequire ? group_sent_ : protocol::kUnsignedToAll);
   Append(counter, message);
-  AppendTag(MacOf(robot->key, MacUse::kHelloAnswer, number, *message, message->length), message);
+  AppendTag(MacOf(robot->key, MacUse::kGreeting, number, *message, message->length), message);
 }
 
 void Signing::SignToAll(protocol::Message* message) {

@@ -2,12 +2,16 @@
 // clients' frames off, or refuses the frames, and signs the server's.
 //
 //   Signing signing(Security::kRequire, keys, random);
-//   if (!signing.Open(&message, now)) ...            // nobody's: ignore it
+//   switch (signing.Open(&message, now)) {
+//     case Opened::kIgnore: ...                      // nobody's
+//     case Opened::kGreeting: Answer(message);       // Sign makes of it the answer to a first
+//     HELLO case Opened::kMessage: Handle(message);
+//   }
 //   if (!signing.Sign(&message)) ...                 // nobody could read it: drop it
 //
-// Each robot has at most two sessions: the one in use, and the one that its last HELLO has begun,
-// which replaces it with the first frame that is signed by it. A HELLO that somebody repeats ends
-// nothing.
+// A session begins with the answer to a first HELLO. Each robot has at most two sessions: the one
+// in use, and the one that it was greeted with, which replaces it with the first frame that is
+// signed by it. So a HELLO that somebody repeats changes nothing.
 //
 // Frames are to be signed in the order in which they are sent. No I/O, no clock; not thread-safe.
 #pragma once
@@ -38,6 +42,9 @@ struct SigningCounters {
 /// is over: at that rate a tag is found in 97 days on average.
 constexpr int kMostWrongTags = 256;
 
+/// What a frame is, once it is open.
+enum class Opened : uint8_t { kIgnore, kGreeting, kMessage };
+
 class Signing {
  public:
   /// Fills with bytes that nobody can foresee.
@@ -45,8 +52,8 @@ class Signing {
 
   Signing(Security security, const Keys& keys, Random random);
 
-  /// Takes the signature of a client's frame off. False: ignore the frame.
-  bool Open(protocol::Message* message, std::chrono::nanoseconds now);
+  /// Takes the signature of a client's frame off; kGreeting: makes it the answer to be signed.
+  Opened Open(protocol::Message* message, std::chrono::nanoseconds now);
 
   /// Signs a frame of the server. An answer that has no room for that becomes an ERROR. False:
   /// there is no session under which its robot would accept it.
@@ -69,16 +76,18 @@ class Signing {
     explicit Robot(const Key& key);
     Key bytes;
     MacKey key;
-    std::optional<uint16_t> greeting{};  // the number of the HELLO that is not answered yet
+    std::optional<uint32_t> greeted{};  // nonce and number of the last first HELLO
     std::optional<Session> current{};
     std::optional<Session> next{};
     std::chrono::nanoseconds second{};  // since when wrong tags are counted
     int wrong_tags = 0;
   };
 
-  bool OpenHello(protocol::Message* message, Robot* robot);
-  bool OpenFrame(protocol::Message* message, Robot* robot);
-  void SignHelloAnswer(protocol::Message* message, Robot* robot);
+  Opened Unsigned(uint64_t* counter);
+  Opened WrongTag(Robot* robot);
+  Opened OpenHello(protocol::Message* message, Robot* robot);
+  Opened OpenFrame(protocol::Message* message, Robot* robot);
+  void SignGreeting(protocol::Message* message, Robot* robot);
   void SignToAll(protocol::Message* message);
   void MakeGroupKey();
 

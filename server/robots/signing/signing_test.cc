@@ -95,22 +95,19 @@ class Client {
   /// Whether the answer is right; then the session is the new one.
   bool Take(const Message& answer) {
     const Bytes all = DataOf(answer);
-    if (answer.opcode != 0xF1 || all.size() != 15 + 32) {
+    if (answer.id != id_ || answer.opcode != 0xF1 || all.size() != 34 || Part(all, 0, 2) != boot_ ||
+        TagOf(MacOf(key_, 5, number_, id_, 0xF1, Part(all, 0, 30))) != Part(all, 30, 4)) {
       return false;
     }
-    if (TagOf(MacOf(key_, 5, number_, id_, 0xF1, Part(all, 0, 43))) != Part(all, 43, 4)) {
-      return false;
-    }
-    const Bytes secret = Joined({boot_, Part(all, 15, 8)});
-    session_ = MacOf(key_, 6, number_, id_, 0x71, secret);
-    const Bytes mask = MacOf(key_, 7, number_, id_, 0x71, secret);
-    group_ = Part(all, 23, 16);
+    session_ = MacOf(key_, 6, number_, id_, 0x71, Part(all, 0, 10));
+    const Bytes mask = MacOf(key_, 7, number_, id_, 0x71, Part(all, 0, 10));
+    group_ = Part(all, 10, 16);
     for (size_t i = 0; i < 16; ++i) {
       group_[i] = static_cast<uint8_t>(group_[i] ^ mask[i]);
     }
     group_heard = 0;
     for (int i = 0; i < 4; ++i) {
-      group_heard |= static_cast<uint32_t>(all[static_cast<size_t>(39 + i)]) << (8 * i);
+      group_heard |= static_cast<uint32_t>(all[static_cast<size_t>(26 + i)]) << (8 * i);
     }
     sent = heard = 0;
     return true;
@@ -157,21 +154,18 @@ class Client {
 
 class SigningTest : public testing::Test {
  protected:
-  Message Answer() {
-    return Make(kRobot, 0xF1, {boot_low, boot_high, 1, 0, 0, 100, 0, 1, 0, 2, 0, 5, 20, 0, 0});
+  bool Greets(Client* robot, uint16_t boot = 0x0102) { return Greets(robot, &signing, boot); }
+  static bool Greets(Client* robot, Signing* with, uint16_t boot) {
+    Message message = robot->Hello(boot);
+    return with->Open(&message, kNow) == Opened::kGreeting && with->Sign(&message) &&
+           robot->Take(message);
   }
 
-  bool Greets(Client* robot, uint16_t boot = 0x0102) {
-    boot_low = static_cast<uint8_t>(boot);
-    boot_high = static_cast<uint8_t>(boot >> 8);
-    Message hello = robot->Hello(boot);
-    Message answer = Answer();
-    return signing.Open(&hello, kNow) && hello.length == 4 && signing.Sign(&answer) &&
-           robot->Take(answer);
+  bool Opens(const Message& message, std::chrono::nanoseconds now = kNow) {
+    return Opens(&signing, message, now);
   }
-
-  bool Opens(Message message, std::chrono::nanoseconds now = kNow) {
-    return signing.Open(&message, now);
+  static bool Opens(Signing* with, Message message, std::chrono::nanoseconds now = kNow) {
+    return with->Open(&message, now) == Opened::kMessage;
   }
 
   std::mt19937 random{1};
@@ -180,8 +174,6 @@ class SigningTest : public testing::Test {
   };
   Signing signing{Security::kRequire, {{kRobot, kKey}}, fill};
   Client client;
-  uint8_t boot_low = 0;
-  uint8_t boot_high = 0;
 };
 
 TEST_F(SigningTest, TakesTheSignatureOffAndPutsItOn) {
@@ -189,7 +181,7 @@ TEST_F(SigningTest, TakesTheSignatureOffAndPutsItOn) {
   for (uint8_t i = 0; i < 3; ++i) {
     const Bytes data = {i, 2, 3, 4, 5, 6};
     Message message = client.Frame(kSenseT, data);
-    ASSERT_TRUE(signing.Open(&message, kNow));
+    ASSERT_EQ(signing.Open(&message, kNow), Opened::kMessage);
     EXPECT_EQ(DataOf(message), data);
     Message answer = Make(kRobot, 0x81, {i, 0, 0, 1});
     ASSERT_TRUE(signing.Sign(&answer));
@@ -217,17 +209,13 @@ TEST_F(SigningTest, RefusesWhatIsRepeatedReorderedOrChanged) {
 
 TEST_F(SigningTest, AForgedOpcodeOrIdIsAnotherFrame) {
   Signing two{Security::kRequire, {{kRobot, kKey}, {8, kKey}}, fill};
-  Message hello = client.Hello(5);
-  ASSERT_TRUE(two.Open(&hello, kNow));
-  Message answer = Answer();
-  ASSERT_TRUE(two.Sign(&answer));
-  ASSERT_TRUE(client.Take(answer));
+  ASSERT_TRUE(Greets(&client, &two, 5));
   Message as_deposit = client.Frame(kSenseT, {1, 2, 3, 4, 5, 6});
   Message as_other = as_deposit;
   as_deposit.opcode = 0x21;
   as_other.id = 8;
-  EXPECT_FALSE(two.Open(&as_deposit, kNow));
-  EXPECT_FALSE(two.Open(&as_other, kNow));
+  EXPECT_FALSE(Opens(&two, as_deposit));
+  EXPECT_FALSE(Opens(&two, as_other));
 }
 
 TEST_F(SigningTest, TwoHundredAndFiftyFiveLostFramesDoNotMatter) {
@@ -257,19 +245,39 @@ TEST_F(SigningTest, UnsignedFramesAreIgnored) {
 }
 
 TEST_F(SigningTest, ARepeatedHelloEndsNothing) {
-  const Message old_hello = client.Hello(1);
+  const Message of_earlier_boot = client.Hello(1);
+  const Message earlier = client.Hello(2);
   ASSERT_TRUE(Greets(&client, 2));
   EXPECT_TRUE(Opens(client.Frame(kSenseT, {1})));
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_TRUE(Opens(old_hello));  // and is answered
-    Message answer = Answer();
-    EXPECT_TRUE(signing.Sign(&answer));
-    EXPECT_FALSE(client.Take(answer));  // to the robot, it answers another HELLO
-  }
+  Message message = earlier;
+  EXPECT_EQ(signing.Open(&message, kNow), Opened::kIgnore);
+  message = of_earlier_boot;
+  ASSERT_EQ(signing.Open(&message, kNow), Opened::kGreeting);
+  EXPECT_TRUE(signing.Sign(&message));
+  EXPECT_FALSE(client.Take(message));  // to the robot, it answers another HELLO
   EXPECT_TRUE(Opens(client.Frame(kSenseT, {2})));
   Message command = Make(kRobot, 0xD1, {1, 1});
   ASSERT_TRUE(signing.Sign(&command));
   EXPECT_TRUE(client.IsNext(command, {1, 1}));
+}
+
+TEST_F(SigningTest, EachGreetingHasANonceOfItsOwn) {
+  Message first = client.Hello(1);
+  ASSERT_EQ(signing.Open(&first, kNow), Opened::kGreeting);
+  Message again = first;
+  ASSERT_TRUE(signing.Sign(&first) && signing.Sign(&again));
+  EXPECT_NE(Part(DataOf(first), 2, 8), Part(DataOf(again), 2, 8));
+}
+
+TEST_F(SigningTest, ASecondHelloIsAFrameOfTheSession) {
+  ASSERT_TRUE(Greets(&client));
+  Message hello = client.Frame(0x71, {2, 1, 1, 10});
+  ASSERT_EQ(signing.Open(&hello, kNow), Opened::kMessage);
+  EXPECT_EQ(DataOf(hello), Bytes({2, 1, 1, 10}));
+  const Bytes data = {2, 1, 1, 0, 0, 100, 0, 1, 0, 2, 0, 5, 20, 0, 0};
+  Message answer = Make(kRobot, 0xF1, data);
+  ASSERT_TRUE(signing.Sign(&answer));
+  EXPECT_TRUE(client.IsNext(answer, data));
 }
 
 TEST_F(SigningTest, TheOldSessionGoesOnUntilAFrameOfTheNewOne) {
@@ -292,9 +300,9 @@ TEST_F(SigningTest, OfAnEarlierSessionNothingIsAccepted) {
   ASSERT_TRUE(Greets(&client));
   ASSERT_TRUE(Opens(client.Frame(kSenseT, {1})));
   Signing restarted{Security::kRequire, {{kRobot, kKey}}, fill};
-  for (Message message : heard) {
+  for (const Message& message : heard) {
     EXPECT_FALSE(Opens(message));
-    EXPECT_FALSE(restarted.Open(&message, kNow));
+    EXPECT_FALSE(Opens(&restarted, message));
   }
 }
 
@@ -341,20 +349,17 @@ TEST_F(SigningTest, WhileTooManyTagsAreWrongNoneIsLookedAt) {
 
 TEST_F(SigningTest, ARevokedKeyEndsAllSessionsAndTheGroupsKey) {
   Signing two{Security::kRequire, {{kRobot, kKey}, {8, kKey}}, fill};
-  Message hello = client.Hello(5);
-  Message answer = Answer();
-  ASSERT_TRUE(two.Open(&hello, kNow) && two.Sign(&answer) && client.Take(answer));
+  ASSERT_TRUE(Greets(&client, &two, 5));
   two.SetKeys({{kRobot, kKey}, {8, kKey}, {9, kKey}});
   EXPECT_TRUE(two.has_session(kRobot));  // one more key changes nothing
   two.SetKeys({{kRobot, kKey}, {9, kKey}});
   EXPECT_FALSE(two.has_session(kRobot));
-  Message frame = client.Frame(kSenseT, {1});
-  EXPECT_FALSE(two.Open(&frame, kNow));
+  EXPECT_FALSE(Opens(&two, client.Frame(kSenseT, {1})));
   Message halt = Make(0xFF, 0xD1, {1, 1});
   ASSERT_TRUE(two.Sign(&halt));
   EXPECT_FALSE(client.IsNextToAll(halt, {1, 1}));
   Message revoked = Client(8).Hello(1);
-  EXPECT_FALSE(two.Open(&revoked, kNow));
+  EXPECT_EQ(two.Open(&revoked, kNow), Opened::kIgnore);
   EXPECT_EQ(two.counters().unknown_robots, 1u);
 }
 
@@ -362,23 +367,19 @@ TEST_F(SigningTest, ALinkThatAcceptsBothServesBoth) {
   Signing both{Security::kAccept, {{kRobot, kKey}}, fill};
   Message plain = Make(8, kSenseT, {1, 2, 3, 4, 5, 6});
   Message plain_answer = Make(8, 0x81, {1, 2, 3, 4});
-  EXPECT_TRUE(both.Open(&plain, kNow));
+  EXPECT_EQ(both.Open(&plain, kNow), Opened::kMessage);
   EXPECT_EQ(plain.length, 6);
   EXPECT_TRUE(both.Sign(&plain_answer));
   EXPECT_EQ(plain_answer.length, 4);
   Message halt = Make(0xFF, 0xD1, {1, 1});
   EXPECT_TRUE(both.Sign(&halt));
   EXPECT_EQ(halt.length, 2);
-  Message hello = client.Hello(5);
-  Message answer = Answer();
-  ASSERT_TRUE(both.Open(&hello, kNow) && both.Sign(&answer) && client.Take(answer));
+  ASSERT_TRUE(Greets(&client, &both, 5));
   EXPECT_EQ(client.group_heard, 0xFFFFFFFFu);
-  Message unsigned_frame = Make(kRobot, kSenseT, {1, 2, 3, 4, 5, 6});
-  EXPECT_FALSE(both.Open(&unsigned_frame, kNow));
-  Message unsigned_hello = Make(kRobot, 0x71, {1, 0, 1, 0});
-  EXPECT_TRUE(both.Open(&unsigned_hello, kNow));
-  EXPECT_TRUE(both.Open(&unsigned_frame, kNow));
-  EXPECT_EQ(unsigned_frame.length, 6);
+  const Message unsigned_frame = Make(kRobot, kSenseT, {1, 2, 3, 4, 5, 6});
+  EXPECT_FALSE(Opens(&both, unsigned_frame));
+  EXPECT_TRUE(Opens(&both, Make(kRobot, 0x71, {1, 0, 1, 0})));
+  EXPECT_TRUE(Opens(&both, unsigned_frame));
 }
 
 }  // namespace

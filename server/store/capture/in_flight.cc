@@ -40,7 +40,8 @@ void InFlight::Add(const Sent& sent) {
 }
 
 bool InFlight::Take(const Sent& sent) {
-  return TakeExactly(sent) || TakeExactly({sent.link, protocol::WithoutSignature(sent.message)});
+  return protocol::IsGreeting(sent.message) || TakeExactly(sent) ||
+         TakeExactly({sent.link, protocol::WithoutSignature(sent.message)});
 }
 
 bool InFlight::TakeExactly(const Sent& sent) {
