@@ -69,10 +69,10 @@ def arguments() -> argparse.ArgumentParser:
 
 
 def key_of(client_id: int, file: pathlib.Path) -> bytes:
-    """From lines ID KEY, the latter hexadecimal; # begins a comment."""
+    """From lines ID KEY [COMMENT], the key hexadecimal; # begins a comment."""
     for line in file.read_text().splitlines():
         words = line.partition("#")[0].split()
-        if len(words) == 2 and words[0] == str(client_id):
+        if len(words) > 1 and words[0] == str(client_id):
             return bytes.fromhex(words[1])
     raise ValueError(f"{file}: no key of robot {client_id}")
 
