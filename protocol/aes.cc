@@ -44,7 +44,9 @@ uint8_t Substitute(uint8_t byte) {
 
 // Times x in GF(2^8) with x^8 + x^4 + x^3 + x + 1.
 uint8_t Double(uint8_t byte) {
-  return static_cast<uint8_t>((byte << 1) ^ (0x1Bu & static_cast<uint8_t>(0u - (byte >> 7))));
+  const uint8_t twice = static_cast<uint8_t>(byte << 1);
+  const uint8_t carry = static_cast<uint8_t>(-(byte >> 7));  // all bits, or none
+  return static_cast<uint8_t>(twice ^ (0x1Bu & carry));
 }
 
 void AddKey(const uint8_t* key, uint8_t* block) {
@@ -70,7 +72,8 @@ void MixColumns(uint8_t* block) {
     const uint8_t all = column[0] ^ column[1] ^ column[2] ^ column[3];
     for (uint8_t i = 0; i < 4; ++i) {
       const uint8_t next = i == 3 ? first : column[i + 1];
-      column[i] ^= static_cast<uint8_t>(all ^ Double(column[i] ^ next));
+      const uint8_t pair = column[i] ^ next;
+      column[i] = static_cast<uint8_t>(column[i] ^ all ^ Double(pair));
     }
   }
 }
@@ -109,12 +112,13 @@ void Aes::Encrypt(uint8_t* block) const {
 }
 
 void DoubleBlock(uint8_t* block) {
-  const uint8_t carry = block[0] >> 7;
+  const uint8_t carry = static_cast<uint8_t>(-(block[0] >> 7));  // all bits, or none
   for (uint8_t i = 0; i < kAesBlock; ++i) {
     const uint8_t next = i + 1u < kAesBlock ? block[i + 1u] : uint8_t{0};
     block[i] = static_cast<uint8_t>((block[i] << 1) | (next >> 7));
   }
-  block[kAesBlock - 1u] ^= static_cast<uint8_t>(0x87u & static_cast<uint8_t>(0u - carry));
+  const uint8_t last = block[kAesBlock - 1];
+  block[kAesBlock - 1] = static_cast<uint8_t>(last ^ (0x87u & carry));
 }
 
 }  // namespace protocol
