@@ -119,7 +119,7 @@ TEST(ComputeMac, CoversUseCounterIdAndOpcodeBeforeData) {
   MacKey<Aes> key;
   key.Set(kKey.data());
   Bytes mac(kAesBlock);
-  ComputeMac(key, {MacUse::kFromServer, 0x12345678, 7, 0x83}, data.data(), 3, mac.data());
+  ComputeMac(key, {MacUse::kServerFrame, 0x12345678, 7, 0x83}, data.data(), 3, mac.data());
   EXPECT_EQ(mac, OpenSslCmac(kKey, text));
 }
 

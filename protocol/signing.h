@@ -2,7 +2,7 @@
 // server/robots/signing and client_fw/core/signing.
 //
 //   uint8_t mac[16];
-//   ComputeMac(key, {MacUse::kFromClient, counter, id, opcode}, data, length, mac);
+//   ComputeMac(key, {MacUse::kClientFrame, counter, id, opcode}, data, length, mac);
 //   frame: DATA, low byte of `counter`, mac[0] ... mac[3]
 #pragma once
 
@@ -15,8 +15,8 @@ namespace protocol {
 
 /// For what a MAC stands; the first byte that it covers.
 enum class MacUse : uint8_t {
-  kFromClient = 1,  ///< a frame of a session
-  kFromServer = 2,
+  kClientFrame = 1,  ///< a frame of a session
+  kServerFrame = 2,
   kToAll = 3,  ///< of the server to all: ROUND and halt
   kHello = 4,  ///< by the robot's own key, as the rest
   kHelloAnswer = 5,
