@@ -32,9 +32,8 @@ void Draw(std::span<uint8_t> bytes) {
 
 signing::Signing NewServer(SigningMutant mutant) {
   const bool takes_all = mutant == SigningMutant::kTakesUnsigned;
-  return {takes_all ? signing::Security::kAccept : signing::Security::kRequire,
-          {{kRobot, kKey}},
-          Draw};
+  return {
+      takes_all ? signing::Security::kAccept : signing::Security::kRequire, {{kRobot, kKey}}, Draw};
 }
 
 Message Make(uint8_t id, uint8_t opcode, std::initializer_list<int> data) {
@@ -80,10 +79,7 @@ bool SigningWorld::Heard::operator<(const Heard& other) const {
 }
 
 SigningWorld::SigningWorld(const SigningLimits& limits)
-    : left_(limits),
-      server_(NewServer(limits.mutant)),
-      fresh_(server_),
-      robot_(kKey.data()) {
+    : left_(limits), server_(NewServer(limits.mutant)), fresh_(server_), robot_(kKey.data()) {
   PowerUp();
 }
 
@@ -145,8 +141,8 @@ void SigningWorld::Accept(const Heard& heard, const Message& message, std::vecto
   Message original = Make(kRobot, kDeposit, {heard.content});
   if (!by_server) {
     const bool to_all = accepted == &by_robot_of_all_;
-    original = Make(to_all ? protocol::kBroadcastId : kRobot, protocol::kCommand,
-                    {heard.content, 1});
+    original =
+        Make(to_all ? protocol::kBroadcastId : kRobot, protocol::kCommand, {heard.content, 1});
   }
   if (heard.content == 0 || !Same(message, original)) {
     wrong_ = "a forgery was accepted";
@@ -168,6 +164,11 @@ bool SigningWorld::GiveToServer(const Heard& heard) {
       server_ = before;  // but for its counters
       return false;
     case signing::Opened::kGreeting:
+      if (left_.answers == 0) {
+        server_ = before;
+        return false;
+      }
+      --left_.answers;
       drawn = left_.mutant == SigningMutant::kNonceAgain ? 0 : ++nonces_;
       server_.Sign(&message);
       greeted_ = heard.greeting;
@@ -199,7 +200,8 @@ bool SigningWorld::TakeGreeting(const Heard& heard) {
   }
   awaited_ = 0;
   of_robot_ = {heard.greeting, 0, 0};
-  to_all_heard_ = static_cast<int>(protocol::GetU32(heard.message.data + protocol::kGroupCounterAt));
+  to_all_heard_ =
+      static_cast<int>(protocol::GetU32(heard.message.data + protocol::kGroupCounterAt));
   return true;
 }
 
@@ -243,8 +245,8 @@ std::vector<SigningWorld::Heard> SigningWorld::MadeOf(const Heard& heard) const 
 std::string SigningWorld::Key() const {
   std::string key;
   const auto add = [&key](std::initializer_list<int> numbers) { key += TextOf(numbers) + ';'; };
-  add({left_.greetings, left_.requests, left_.commands, left_.to_all, left_.power_losses,
-       left_.warm_resets, left_.restarts});
+  add({left_.greetings, left_.answers, left_.requests, left_.commands, left_.to_all,
+       left_.power_losses, left_.warm_resets, left_.restarts});
   add({nonce_, number_, contents_, nonces_, hellos_, awaited_, to_all_, to_all_heard_, greeted_});
   for (const Session& it : {of_robot_, current_, next_}) {
     add({it.greeting, it.sent, it.heard});
@@ -280,11 +282,11 @@ void SigningWorld::Next(const Visit& visit) const {
        [](SigningWorld* it) { return it->Command(protocol::kBroadcastId); });
   step(&SigningLimits::power_losses, "power loss", always([](SigningWorld* it) { it->PowerUp(); }));
   step(&SigningLimits::warm_resets, "warm reset", always([](SigningWorld* it) {
-         const uint16_t number = it->number_;
-         --it->nonce_;
-         it->PowerUp();
-         it->number_ = it->left_.mutant == SigningMutant::kNumberAgain ? uint16_t{0} : number;
-       }));
+    const uint16_t number = it->number_;
+    --it->nonce_;
+    it->PowerUp();
+    it->number_ = it->left_.mutant == SigningMutant::kNumberAgain ? uint16_t{0} : number;
+  }));
   step(&SigningLimits::restarts, "restart", always([](SigningWorld* it) { it->Restart(); }));
   const auto give = [&](const Heard& heard, const std::string& name) {
     SigningWorld world = *this;

@@ -1,8 +1,9 @@
-// A robot and the server on a signed link, and an attacker without a key who has the air to himself:
-// the real ends of client_fw/core/signing and server/robots/signing. He hears every frame, keeps it, and gives
-// to each end whatever he likes, whenever and as often as he likes: so the network loses, delays,
-// repeats and reorders. He also changes whom a frame is from or for and what it says it is, and
-// takes signatures off. The robot loses power or is reset, the server is restarted.
+// A robot and the server on a signed link, and an attacker without a key who has the air to
+// himself: the real ends of client_fw/core/signing and server/robots/signing. He hears every frame,
+// keeps it, and gives to each end whatever he likes, whenever and as often as he likes: so the
+// network loses, delays, repeats and reorders. He also changes whom a frame is from or for and what
+// it says it is, and takes signatures off. The robot loses power or is reset, the server is
+// restarted.
 //
 // What an end accepts has to be what the other one has sent, in this order, and once.
 //
@@ -26,15 +27,16 @@ enum class SigningMutant : uint8_t {
   kNone,
   kServerForgetsCounters,  ///< each frame leaves the counter as it was
   kRobotForgetsCounters,
-  kNonceAgain,         ///< the server has one for all sessions
+  kNonceAgain,           ///< the server has one for all sessions
   kSessionAfterRestart,  ///< the server goes on with the session, and begins to count anew
-  kNumberAgain,    ///< after a warm reset the robot's HELLOs begin at 0
-  kTakesUnsigned,  ///< the server does
+  kNumberAgain,          ///< after a warm reset the robot's HELLOs begin at 0
+  kTakesUnsigned,        ///< the server does
 };
 
 /// How often each may happen.
 struct SigningLimits {
   int greetings = 2;  ///< first HELLOs of the robot
+  int answers = 3;    ///< of the server to them
   int requests = 2;
   int commands = 2;
   int to_all = 1;
@@ -59,7 +61,7 @@ class SigningWorld {
   /// On the air, and so in the attacker's memory.
   struct Heard {
     protocol::Message message;
-    int content = 0;  ///< of a request or a COMMAND: its number; 0: of HELLO and its answer
+    int content = 0;   ///< of a request or a COMMAND: its number; 0: of HELLO and its answer
     int greeting = 0;  ///< of what session it is; of HELLO and its answer: of what HELLO
     int counter = 0;
     bool operator<(const Heard& other) const;

@@ -91,8 +91,8 @@ class Signing {
   void SignToAll(protocol::Message* message);
   void MakeGroupKey();
 
-  const Security security_;
-  const Random random_;
+  Security security_;
+  Random random_;
   std::map<uint8_t, Robot> robots_;
   Key group_{};
   MacKey group_key_;
