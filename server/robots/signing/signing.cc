@@ -216,7 +216,7 @@ void Signing::SignGreeting(protocol::Message* message, Robot* robot) {
   protocol::Message nonces = *message;
   nonces.opcode = protocol::kHello;
   const Mac session = MacOf(robot->key, MacUse::kSessionKey, number, nonces, nonces.length);
-  robot->next.emplace().key.Set(session.data());
+  robot->next.emplace(session.data());
   Mac group = MacOf(robot->key, MacUse::kGroupMask, number, nonces, nonces.length);
   for (size_t i = 0; i < group.size(); ++i) {
     group[i] = static_cast<uint8_t>(group[i] ^ group_[i]);

@@ -68,6 +68,7 @@ class Signing {
 
  private:
   struct Session {
+    explicit Session(const uint8_t* bytes) { key.Set(bytes); }
     MacKey key;
     uint32_t heard = 0;  // the last counter
     uint32_t sent = 0;
