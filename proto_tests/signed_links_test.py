@@ -69,10 +69,11 @@ class SignedLink(unittest.TestCase):
         return line
 
     def counters(self):
-        """unsigned, wrong tags, unknown robots"""
+        """Of frames that are ignored: unsigned, wrongly signed, of robots without a key."""
         links = json.loads(self.daemon.call("GET", "/api/v1/links")[1])["links"]
         (counters,) = [it["counters"] for it in links if it["name"] == self.link]
-        return tuple(counters[name] for name in ("unsigned_frames", "wrong_tags", "unknown_robots"))
+        return tuple(counters[name]
+                     for name in ("unsigned_frames", "wrong_signatures", "unknown_robots"))
 
 
 class RequireTest(SignedLink):
@@ -226,6 +227,9 @@ class RequireTest(SignedLink):
         self.assertEqual((robot_id, opcode, len(greeting)), (7, HELLO | 0x80, 34))
         robot.hello(nonce=1)
         self.assertEqual(robot.sense(*PLACE), once)
+        # Those that are read together with the first HELLO come before its session.
+        unsigned, wrong, unknown = self.counters()
+        self.assertEqual((unsigned + wrong, unknown), (len(said), 0))
         robot.deposit(*PLACE)
         self.assertGreater(robot.sense(*PLACE)[0], once[0])
 
