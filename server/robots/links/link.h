@@ -159,6 +159,9 @@ class Link {
   /// Sends commands to where their robot was last heard, and deferred answers to their requesters.
   virtual void Send(std::vector<engine::Outgoing> messages) = 0;
 
+  /// Takes other keys, on the link's strand. Without effect on a link that is not signed.
+  virtual void SetKeys(signing::Keys keys) = 0;
+
   /// The address: a path, or ADDRESS:PORT. Empty while it is not known.
   virtual std::string address() const { return state().address; }
 
@@ -198,6 +201,11 @@ class Link {
   void Drop(const protocol::Message& message);
   /// The same, and counts it as one that cannot be delivered.
   void CountUndeliverable(const protocol::Message& message);
+  void ApplyKeys(const signing::Keys& keys) const {
+    if (context_.signing != nullptr) {
+      context_.signing->SetKeys(keys);
+    }
+  }
   LinkRecord* record() { return &record_; }
   const LinkConfig& config() const { return config_; }
   const LinkContext& context() const { return context_; }

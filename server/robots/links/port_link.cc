@@ -122,6 +122,10 @@ class PortLink final : public Link {
     });
   }
 
+  void SetKeys(signing::Keys keys) override {
+    asio::post(strand_, [this, keys = std::move(keys)] { ApplyKeys(keys); });
+  }
+
   std::string address() const override { return address_; }
 
  private:

@@ -190,6 +190,9 @@ void Session::TakeBytes(std::span<const uint8_t> bytes) {
     counters.bytes_in += bytes.size();
     counters.received += received;
     counters.heard = last_read_;
+    if (options_.channel.signing != nullptr) {
+      counters.signing = options_.channel.signing->counters();  // of the link's other sessions, too
+    }
   });
   if (!batch_.empty()) {
     on_batch_(this, batch_, &answers_);

@@ -160,6 +160,9 @@ class UdpLink final : public ListeningLink<udp::socket> {
       counters.bytes_in += bytes;
       counters.datagrams_in += static_cast<uint64_t>(datagrams);
       counters.oversize_datagrams += cut;
+      if (context().signing != nullptr) {
+        counters.signing = context().signing->counters();
+      }
     });
     HandleBatch();
   }
