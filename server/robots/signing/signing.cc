@@ -15,6 +15,7 @@ using protocol::MacUse;
 using Mac = std::array<uint8_t, protocol::kAesBlock>;
 
 constexpr uint8_t kHelloSize = 4;
+constexpr uint32_t kLastCounter = 0xFFFFFFFE;
 constexpr std::chrono::seconds kSecond{1};
 
 // Of the message's ID, OPCODE, and the first `length` bytes of DATA.
@@ -156,7 +157,7 @@ Opened Signing::OpenFrame(protocol::Message* message, Robot* robot) {
   }
   const auto length = static_cast<uint8_t>(message->length - protocol::kSignature);
   const auto is_of = [&](std::optional<Session>* session) {
-    if (!*session) {
+    if (!*session || (*session)->heard >= kLastCounter) {
       return false;
     }
     const uint32_t counter =
@@ -196,6 +197,9 @@ bool Signing::Sign(protocol::Message* message) {
   std::optional<Session>& session = robot.current ? robot.current : robot.next;
   if (!session) {
     return security_ == Security::kAccept;
+  }
+  if (session->sent == kLastCounter) {
+    return false;  // until HELLO
   }
   if (message->length + protocol::kSignature > protocol::kMaxData) {
     MakeError(message);
