@@ -3,6 +3,7 @@
 #include "protocol/crc16.h"
 #include "protocol/fields.h"
 #include "protocol/messages.h"
+#include "protocol/signing.h"
 
 namespace pheromone {
 namespace protocol {
@@ -84,8 +85,12 @@ FrameParser::Result FrameParser::TakeCoded(uint8_t byte) {
   body_[1] = kRound;
   const uint8_t answers = data[kCountsAt] & 0x0Fu;
   const uint8_t turns = static_cast<uint8_t>(data[kCountsAt] >> 4);
+  const uint8_t most = static_cast<uint8_t>(2 + kCodedColumns * rows);
   size_ = static_cast<uint8_t>(2 + kHeader + kAnswerSize * answers + turns + 2);
-  return size_ > 2 + kCodedColumns * rows ? kCrcError : Judge();
+  if (kHasSigning && size_ + kSignatureToAll <= most && Judge() == kCrcError) {
+    size_ = static_cast<uint8_t>(size_ + kSignatureToAll);  // it may be signed
+  }
+  return size_ > most ? kCrcError : Judge();
 }
 
 FrameParser::Result FrameParser::Judge() const {

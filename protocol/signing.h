@@ -9,17 +9,25 @@
 #include <stdint.h>
 
 #include "protocol/aes.h"
+#include "protocol/frame.h"
+#include "protocol/opcodes.h"
 
 namespace pheromone {
 namespace protocol {
+
+#ifndef PHEROMONE_SIGNING
+#define PHEROMONE_SIGNING 1
+#endif
+/// False: the image is for links without signing.
+constexpr bool kHasSigning = PHEROMONE_SIGNING != 0;
 
 /// For what a MAC stands; the first byte that it covers.
 enum class MacUse : uint8_t {
   kClientFrame = 1,  ///< a frame of a session
   kServerFrame = 2,
-  kToAll = 3,  ///< of the server to all: ROUND and halt
-  kHello = 4,  ///< by the robot's own key, as the rest
-  kHelloAnswer = 5,
+  kToAll = 3,       ///< of the server to all: ROUND and halt
+  kHello = 4,       ///< by the robot's own key, as the rest
+  kGreeting = 5,    ///< its answer
   kSessionKey = 6,  ///< the MAC is the key
   kGroupMask = 7,   ///< with which the group's key is combined
 };
@@ -30,9 +38,28 @@ constexpr uint8_t kSignature = 1 + kTagSize;
 constexpr uint8_t kSignatureToAll = 2 + kTagSize;
 /// HELLO: the number of this HELLO, u16, and the tag.
 constexpr uint8_t kSignatureOfHello = 2 + kTagSize;
-/// HELLO's answer: the server's nonce, the group's key and its counter, u32, and the tag.
+/// The answer to that HELLO: the client's nonce, the server's, the group's key and its counter, and
+/// the tag.
 constexpr uint8_t kServerNonce = 8;
-constexpr uint8_t kSignatureOfAnswer = kServerNonce + kAesBlock + 4 + kTagSize;
+constexpr uint8_t kServerNonceAt = 2;
+constexpr uint8_t kGroupKeyAt = kServerNonceAt + kServerNonce;
+constexpr uint8_t kGroupCounterAt = kGroupKeyAt + kAesBlock;
+constexpr uint8_t kGreetingTagAt = kGroupCounterAt + 4;
+constexpr uint8_t kGreetingSize = kGreetingTagAt + kTagSize;
+/// Instead of a counter: frames to all are not signed on this link.
+constexpr uint32_t kUnsignedToAll = 0xFFFFFFFF;
+
+/// The answer to a first HELLO.
+inline bool IsGreeting(const Message& message) {
+  return message.opcode == kHelloAnswer && message.length == kGreetingSize;
+}
+
+/// Of a message that may be signed, what it says if it is.
+inline Message WithoutSignature(Message message) {
+  const uint8_t size = message.id == kBroadcastId ? kSignatureToAll : kSignature;
+  message.length = message.length < size ? uint8_t{0} : static_cast<uint8_t>(message.length - size);
+  return message;
+}
 
 struct MacHead {
   MacUse use;

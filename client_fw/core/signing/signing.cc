@@ -12,18 +12,18 @@ using protocol::kAesBlock;
 using protocol::kTagSize;
 using protocol::MacUse;
 
-// The group's counter on a link that takes unsigned frames too.
-constexpr uint32_t kUnsignedGroup = 0xFFFFFFFF;
-
-// Of HELLO and its answer, in DATA; of the answer, what is added, from the end of its DATA on.
-constexpr uint8_t kNonceSize = 2;
-constexpr uint8_t kGroupKeyAt = protocol::kServerNonce;
-constexpr uint8_t kGroupCounterAt = kGroupKeyAt + kAesBlock;
-
 void CopyTag(const uint8_t* from, uint8_t* to) {
   for (uint8_t i = 0; i < kTagSize; ++i) {
     to[i] = from[i];
   }
+}
+
+bool SameKey(const uint8_t* a, const uint8_t* b) {
+  uint8_t difference = 0;
+  for (uint8_t i = 0; i < kAesBlock; ++i) {
+    difference = static_cast<uint8_t>(difference | (a[i] ^ b[i]));
+  }
+  return difference == 0;
 }
 
 }  // namespace
@@ -52,35 +52,33 @@ uint8_t Signing::Sign(const FrameView& frame, uint8_t* signature) {
 }
 
 bool Signing::TakeAnswer(const FrameView& answer) {
-  if (!awaits_answer_ || answer.length < kNonceSize + protocol::kSignatureOfAnswer ||
-      protocol::GetU16(answer.data) != nonce_) {
+  const uint8_t* const data = answer.data;
+  if (!awaits_answer_ || answer.opcode != protocol::kHelloAnswer ||
+      answer.length != protocol::kGreetingSize || protocol::GetU16(data) != nonce_) {
     return false;
   }
   Key own;
   own.Set(key_);
   uint8_t mac[kAesBlock];
-  const uint8_t covered = static_cast<uint8_t>(answer.length - kTagSize);
-  ComputeMac(own, {MacUse::kHelloAnswer, number_, answer.id, answer.opcode}, answer.data, covered,
-             mac);
-  if (!protocol::SameTag(mac, answer.data + covered)) {
+  ComputeMac(own, {MacUse::kGreeting, number_, answer.id, answer.opcode}, data,
+             protocol::kGreetingTagAt, mac);
+  if (!protocol::SameTag(mac, data + protocol::kGreetingTagAt)) {
     return false;
   }
-  const uint8_t* const added = answer.data + (answer.length - protocol::kSignatureOfAnswer);
-  uint8_t nonces[kNonceSize + protocol::kServerNonce];
-  protocol::PutU16(nonces, nonce_);
-  for (uint8_t i = 0; i < protocol::kServerNonce; ++i) {
-    nonces[kNonceSize + i] = added[i];
-  }
   protocol::MacHead head = {MacUse::kSessionKey, number_, answer.id, protocol::kHello};
-  ComputeMac(own, head, nonces, sizeof(nonces), mac);
+  ComputeMac(own, head, data, protocol::kGroupKeyAt, mac);
   session_.Set(mac);
   head.use = MacUse::kGroupMask;
-  ComputeMac(own, head, nonces, sizeof(nonces), mac);
+  ComputeMac(own, head, data, protocol::kGroupKeyAt, mac);
   for (uint8_t i = 0; i < kAesBlock; ++i) {
-    mac[i] ^= added[kGroupKeyAt + i];
+    mac[i] ^= data[protocol::kGroupKeyAt + i];
+  }
+  // The answer may have been held back, and what was sent to all since has been heard.
+  const uint32_t of_group = protocol::GetU32(data + protocol::kGroupCounterAt);
+  if (of_group > of_group_ || !in_session_ || !SameKey(mac, group_.cipher.key())) {
+    of_group_ = of_group;
   }
   group_.Set(mac);
-  of_group_ = protocol::GetU32(added + kGroupCounterAt);
   sent_ = 0;
   received_ = 0;
   awaits_answer_ = false;
@@ -94,7 +92,7 @@ uint8_t Signing::Verify(const FrameView& frame) {
   if (!in_session_) {
     return kForged;
   }
-  if (to_all && of_group_ == kUnsignedGroup) {
+  if (to_all && of_group_ == protocol::kUnsignedToAll) {
     return 0;
   }
   if (frame.length < size) {

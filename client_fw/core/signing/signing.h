@@ -19,14 +19,10 @@
 
 #include "protocol/signing.h"
 
-#ifndef PHEROMONE_SIGNING
-#define PHEROMONE_SIGNING 1
-#endif
-
 namespace pheromone {
 namespace client {
 
-constexpr bool kHasSigning = PHEROMONE_SIGNING != 0;
+using protocol::kHasSigning;
 
 /// A frame without delimiters and CRC.
 struct FrameView {

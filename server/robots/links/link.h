@@ -40,6 +40,7 @@
 #include "server/robots/links/tap.h"
 #include "server/robots/links/usb_port.h"
 #include "server/robots/radio/rounds.h"
+#include "server/robots/signing/signing.h"
 
 namespace pheromone::links {
 
@@ -127,6 +128,8 @@ struct LinkContext {
   Tap* tap = nullptr;  ///< outlives the link
   /// Of a port that another server has, too: outlives the link. Null: this server may always send.
   SendPermit* permit = nullptr;
+  /// Of this link, on whose strand it is used; outlives the link. Null: nothing is signed.
+  signing::Signing* signing = nullptr;
   /// The executor on which ports are opened and closed, which may take a driver seconds: it has one
   /// thread for each link with a port, so that none delays any other. Empty: ports are opened and
   /// closed on the link's own executor.

@@ -89,6 +89,7 @@ class TcpLink final : public ListeningLink<tcp::acceptor> {
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
     ConversationOptions options;
     options.channel.gap_timeout_ms = config().gap_timeout_ms;
+    options.channel.signing = context().signing;
     options.on_refused = [this](const auto& message) { CountUndeliverable(message); };
     // List iterators stay valid: `self` refers to the connection as long as it runs.
     const auto self = connections_.emplace(connections_.end());

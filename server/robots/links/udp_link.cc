@@ -164,7 +164,10 @@ class UdpLink final : public ListeningLink<udp::socket> {
     HandleBatch();
   }
 
-  void Note(const protocol::Message& message, const PeerAddress& from, const engine::Asker& asker) {
+  void Note(protocol::Message message, const PeerAddress& from, const engine::Asker& asker) {
+    if (context().signing != nullptr && !Open(&message, from, asker)) {
+      return;
+    }
     if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
       peers_[message.id] = from;
     }
@@ -173,6 +176,24 @@ class UdpLink final : public ListeningLink<udp::socket> {
     if (batch_.size() == kMaxBatch) {
       HandleBatch();
     }
+  }
+
+  // Answers a first HELLO by itself. True: a message for the server.
+  bool Open(protocol::Message* message, const PeerAddress& from, const engine::Asker& asker) {
+    const protocol::Message received = *message;
+    const signing::Opened opened =
+        context().signing->Open(message, std::chrono::nanoseconds(asker.asked_ns));
+    if (opened == signing::Opened::kMessage) {
+      return true;
+    }
+    if (tapped_.tap != nullptr) {
+      tapped_.tap->Rejected(tapped_.line.link, received, protocol::Reason::kNone);
+    }
+    if (opened == signing::Opened::kGreeting) {
+      SendTo(from, *message);
+      Flush();
+    }
+    return false;
   }
 
   void HandleBatch() {
@@ -214,7 +235,12 @@ class UdpLink final : public ListeningLink<udp::socket> {
     if (writer_.full()) {
       Flush();
     }
-    writer_.Add(message, peer);
+    protocol::Message sealed = message;
+    if (context().signing != nullptr && !context().signing->Sign(&sealed)) {
+      CountUndeliverable(message);
+      return;
+    }
+    writer_.Add(sealed, peer);
   }
 
   void Flush() override {

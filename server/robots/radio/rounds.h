@@ -55,7 +55,8 @@ std::optional<protocol::RoundAnswer> InRound(const protocol::Message& answer);
 
 class Rounds {
  public:
-  explicit Rounds(const ChannelOptions& options) : options_(options) {}
+  explicit Rounds(const ChannelOptions& options)
+      : options_(options), signed_(options.signing != nullptr) {}
 
   /// Goes on with the rounds of a server that has fallen silent, before anything was heard here:
   /// the first ROUND, without answers, is due at once. For as long as a robot may still await one
@@ -138,10 +139,13 @@ class Rounds {
   Duration ExchangeTime() const;
   Duration TurnTime(size_t bytes) const;
   size_t MostBytes() const;
+  size_t LeastBytes() const;
+  size_t MostTurns() const;
   int OthersPresent() const;
   int ExchangesAnOpening() const;
 
   const ChannelOptions options_;
+  const bool signed_;
   std::map<uint8_t, Robot> robots_;
   std::map<uint8_t, Time> others_;     // when clients without turns were last heard
   std::array<uint8_t, 256> wished_{};  // periods in the last HELLO of each
