@@ -145,6 +145,9 @@ PHEROMONE_OUTLINED void Conversation::SayHello() {
   Greet(false);
   hello_attempt_ = 0;
   attempt_ = 0;
+  if (kHasSigning) {
+    signing()->GreetAnew();
+  }
 }
 
 void Conversation::WaitForHello() {

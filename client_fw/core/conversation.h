@@ -170,6 +170,7 @@ class Conversation : private ConversationState, private LinkSigning {
   uint8_t SignatureOf(const FrameView& frame, uint8_t* signature);
   bool Unsign(const FrameView& frame, uint8_t* length);
   void FollowRound(const uint8_t* data, uint8_t length);
+  void OnGreeting(const FrameView& frame);
   bool SavesHellos() const;
   bool NumberHello();
 

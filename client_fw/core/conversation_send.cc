@@ -10,7 +10,7 @@ void Conversation::Begin(const Odometry* odometry) {
   uint8_t data[4];
   phase_ = Phase::kAwaiting;
   if (!requests_.greeted) {
-    if (is_signed() && !NumberHello()) {
+    if (is_signed() && !signing()->second_hello_due() && !NumberHello()) {
       WaitForHello();
       return;
     }

@@ -1,7 +1,7 @@
 // Signed frames (protocol/README.md, section 18); see conversation.cc.
 //
-// A session begins with HELLO's answer and ends with the next one. A robot that says HELLO because
-// of a silence still has its session.
+// HELLO is said twice: the first is answered with a session, of which the second is the first
+// frame. A robot that says HELLO because of a silence still has its old session.
 #include "client_fw/core/conversation.h"
 
 #if PHEROMONE_SIGNING  // otherwise nothing here is called
@@ -33,10 +33,11 @@ bool Conversation::NumberHello() {
 }
 
 uint8_t Conversation::SignatureOf(const FrameView& frame, uint8_t* signature) {
-  return frame.opcode == protocol::kHello
-             ? signing()->SignHello(frame, static_cast<uint16_t>(memory_->hellos_signed - 1u),
-                                    signature)
-             : signing()->Sign(frame, signature);
+  if (frame.opcode == protocol::kHello && !signing()->TakeSecondHello()) {
+    const uint16_t number = static_cast<uint16_t>(memory_->hellos_signed - 1u);
+    return signing()->SignHello(frame, number, signature);
+  }
+  return signing()->Sign(frame, signature);
 }
 
 // Whether the frame is to be looked at; `length` is that of DATA without what signing has added.
@@ -45,16 +46,11 @@ bool Conversation::Unsign(const FrameView& frame, uint8_t* length) {
   if (!protocol::IsFromServer(frame.opcode) || (!to_all && frame.id != parameters().id)) {
     return true;
   }
-  uint8_t added = 0;
-  if (frame.opcode == protocol::kHelloAnswer) {
-    if (phase_ != Phase::kAwaiting || tx_size_ != 0 || asked_opcode_ != protocol::kHello) {
-      return true;  // it is late
-    }
-    added = signing()->TakeAnswer(frame) ? uint8_t{protocol::kSignatureOfAnswer}
-                                         : uint8_t{LinkSigning::kForged};
-  } else {
-    added = signing()->Verify(frame);
+  if (frame.opcode == protocol::kHelloAnswer && frame.length == protocol::kGreetingSize) {
+    OnGreeting(frame);
+    return false;
   }
+  const uint8_t added = signing()->Verify(frame);
   if (added != LinkSigning::kForged) {
     *length = static_cast<uint8_t>(frame.length - added);
     return true;
@@ -65,6 +61,22 @@ bool Conversation::Unsign(const FrameView& frame, uint8_t* length) {
     Count(&Counters::forged);
   }
   return false;
+}
+
+// The answer to a first HELLO begins the session, also if it is late; a second one follows.
+void Conversation::OnGreeting(const FrameView& frame) {
+  if (requests_.greeted) {
+    Count(&Counters::late_answers);
+  } else if (tx_size_ != 0 || !signing()->TakeAnswer(frame)) {
+    Count(&Counters::forged);
+  } else {
+    in_turn_ = false;
+    hello_attempt_ = 0;
+    timers_[kPause] = 0;
+    OnSuccess();
+    HearServer();
+    Contend();
+  }
 }
 
 // Whoever is not in a session, perhaps no longer, cannot verify a ROUND, but keeps out of its turns
@@ -82,13 +94,14 @@ void Conversation::FollowRound(const uint8_t* data, uint8_t length) {
   if (!SavesHellos()) {
     timers_[kPause] = 0;
   }
-  if (in_turn_) {
+  if (in_turn_) {  // of the session before
     in_turn_ = false;
     OnRoundAnswer(nullptr);
   } else if (phase_ == Phase::kAwaiting && tx_size_ == 0) {
     OnMiss();
   }
   medium_.Grant(data);
+  rounds->Decline();
 }
 
 }  // namespace client

@@ -68,11 +68,21 @@ struct SignedHarness : Harness {
     Feed(message);
   }
 
-  void SignedGreet() {
+  /// To the HELLO in `sent`: the greeting, and the answer to the second HELLO.
+  void AnswerSignedHello() {
+    ASSERT_TRUE(signer.greets);
+    Feed(signer.Greeting(kTestId));
+    ASSERT_FALSE(conversation.requests().greeted);
     ASSERT_TRUE(NextFrame());
     ASSERT_EQ(protocol::kHello, sent.opcode);
+    ASSERT_FALSE(signer.greets);
     FeedSigned(hello);
     ASSERT_TRUE(conversation.requests().greeted);
+  }
+
+  void SignedGreet() {
+    ASSERT_TRUE(NextFrame());
+    AnswerSignedHello();
   }
 
   /// HELLO, and the answer to the first SENSE: it drives.
@@ -245,25 +255,57 @@ TEST(SignedConversationTest, AServerThatHasForgottenUsIsGreetedThoughItIsHeard) 
     }
   } while (harness.leaving || harness.sent.opcode != protocol::kHello);
   ASSERT_TRUE(harness.signer.Open(&harness.sent));
-  harness.FeedSigned(harness.hello);
+  harness.AnswerSignedHello();
   ASSERT_TRUE(harness.NextFrame());
   harness.FeedSigned(harness.AnswerToSent(0, 0));
   EXPECT_EQ(kStraight, harness.conversation.state().wheels);
 }
 
-TEST(SignedConversationTest, ALateAnswerToHelloIsLateAndNotForged) {
+TEST(SignedConversationTest, AGreetingIsTakenOnceAndAlsoLate) {
   SignedHarness harness;
   ASSERT_TRUE(harness.NextFrame());
-  Message answer = MessageOf(harness.hello);
-  harness.signer.Sign(&answer);
-  harness.Feed(answer);
+  harness.Run(110);  // the window is over
+  EXPECT_EQ(1u, harness.counters().timeouts);
+  const Message greeting = harness.signer.Greeting(kTestId);
+  harness.Feed(greeting);
+  ASSERT_TRUE(harness.NextFrame());
+  EXPECT_FALSE(harness.signer.greets);
+  harness.Feed(greeting);
+  EXPECT_EQ(1u, harness.counters().forged) << "the session would begin again";
+  harness.FeedSigned(harness.hello);
   ASSERT_TRUE(harness.conversation.requests().greeted);
   ASSERT_TRUE(harness.NextFrame());
-  harness.Feed(answer);
+  harness.Feed(greeting);
   EXPECT_EQ(1u, harness.counters().late_answers);
   harness.FeedSigned(harness.AnswerToSent(7, 8));
   EXPECT_EQ(7, harness.conversation.state().p_left) << "the session goes on";
-  EXPECT_EQ(0u, harness.counters().forged);
+}
+
+TEST(SignedConversationTest, ASecondHelloIsRepeatedThreeTimesThenAFirstOneFollows) {
+  SignedHarness harness;
+  for (uint16_t number = 0; number < 3; ++number) {
+    ASSERT_TRUE(harness.NextFrame());
+    ASSERT_TRUE(harness.signer.greets);
+    EXPECT_EQ(number, harness.signer.hellos.back());
+    harness.Feed(harness.signer.Greeting(kTestId));
+    for (int i = 0; i < 4; ++i) {
+      ASSERT_TRUE(harness.NextFrame());
+      EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+      EXPECT_EQ(4, harness.sent.length);
+      ASSERT_FALSE(harness.signer.greets);
+    }
+  }
+  harness.GreetAndDrive();
+}
+
+TEST(SignedConversationTest, WheneverHelloIsAskedForItBeginsWithTheFirst) {
+  SignedHarness harness;
+  harness.GreetAndDrive();
+  ASSERT_TRUE(harness.NextFrame());
+  harness.FeedSigned(
+      protocol::ErrorAnswer{kTestId, harness.sent.opcode, protocol::Reason::kSayHello, 0});
+  harness.GreetAndDrive();
+  EXPECT_EQ((std::vector<uint16_t>{0, 1}), harness.signer.hellos);
 }
 
 // Numbers of HELLO.
@@ -398,16 +440,16 @@ TEST(SignedConversationTest, WhoHasNoSessionKeepsOutOfTheTurnsOfOthers) {
     open.open_slots = 8;
     harness.FeedSigned(open);
     ASSERT_TRUE(harness.NextFrame(20 + 8 * kTestSlotMs + 20));
-    harness.FeedSigned(harness.hello);
-    EXPECT_TRUE(harness.conversation.requests().greeted);
+    harness.AnswerSignedHello();
   }
 }
 
-TEST(SignedConversationTest, NoAnswerOfARoundIsBelievedWithoutASession) {
+TEST(SignedConversationTest, WithoutASessionNoTurnIsTakenAndNoAnswerBelieved) {
   SignedHarness harness;
   harness.FeedEncoded(harness.RoundWith({kTestId}));
-  ASSERT_TRUE(harness.NextFrame(20));  // HELLO, in a turn that nobody has granted, perhaps
-  EXPECT_EQ(protocol::kHello, harness.sent.opcode);
+  EXPECT_FALSE(harness.RunUntilSent(20));
+  ASSERT_TRUE(harness.NextFrame());
+  EXPECT_TRUE(harness.signer.greets);
   protocol::Round answering = harness.RoundWith({});
   answering.answers[answering.answer_count++] = {500, -600};
   harness.FeedEncoded(answering);
@@ -462,7 +504,7 @@ TEST(SignedConversationTest, ContentionPeriodsAreLongEnoughForWhatIsAdded) {
     ASSERT_TRUE(harness.RunUntilSent());
     if (is_signed) {
       ASSERT_TRUE(harness.signer.Open(&harness.sent));
-      harness.FeedSigned(harness.hello);
+      harness.AnswerSignedHello();
     } else {
       harness.AnswerHello();
     }

@@ -14,6 +14,8 @@ struct NoSigning {
   explicit NoSigning(const uint8_t* /*key*/) {}
   static constexpr bool on() { return false; }
   static constexpr bool has_session() { return false; }
+  static constexpr bool second_hello_due() { return false; }
+  static void GreetAnew() {}
   static uint8_t SignHello(const FrameView& /*hello*/, uint16_t /*number*/, uint8_t* /*to*/) {
     return 0;
   }
