@@ -83,6 +83,7 @@ bool Signing::TakeAnswer(const FrameView& answer) {
   received_ = 0;
   awaits_answer_ = false;
   in_session_ = true;
+  second_hellos_ = kSecondHellos;
   return true;
 }
 

@@ -3,9 +3,9 @@
 //
 //   Signing signing(key);                                     // 16 bytes; null: unsigned
 //   uint8_t tag[Signing::kLongest];
-//   size = signing.SignHello(hello, number, tag);             // tag is sent after DATA
+//   size = signing.SignHello(hello, number, tag);             // the first; tag is sent after DATA
 //   if (signing.TakeAnswer(answer)) ...                       // then there is a session:
-//   size = signing.Sign(request, tag);
+//   size = signing.Sign(request, tag);                        // beginning with the second HELLO
 //   size = signing.Verify(frame);                             // what ends DATA; or kForged
 //
 // A number of HELLO is never to be used twice under the same nonce; who keeps it is the caller. The
@@ -37,6 +37,7 @@ class SigningVariables {
  protected:
   bool awaits_answer_;  // to the HELLO of this number
   bool in_session_;
+  uint8_t second_hellos_;  // that may still be sent
   uint16_t number_;
   uint16_t nonce_;     // of that HELLO
   uint32_t sent_;      // our counter, of the last frame
@@ -48,6 +49,7 @@ class Signing : private SigningVariables {
  public:
   enum : uint8_t {
     kLongest = protocol::kSignatureOfHello,  ///< bytes that are added to a client's frame
+    kSecondHellos = 4,                       ///< without an answer, before a first one again
     kForged = 255
   };
 
@@ -58,8 +60,18 @@ class Signing : private SigningVariables {
   bool on() const { return key_ != nullptr; }
   bool has_session() const { return in_session_; }
 
-  /// HELLO, whose DATA begins with the nonce. From here on, only its answer is taken. Returns the
-  /// bytes in `signature`.
+  /// Whether the next HELLO is to be a second one, and is now counted; otherwise it is a first one.
+  bool second_hello_due() const { return second_hellos_ != 0; }
+  bool TakeSecondHello() {
+    const bool due = second_hello_due();
+    second_hellos_ = static_cast<uint8_t>(second_hellos_ - (due ? 1 : 0));
+    return due;
+  }
+  /// The next one is a first one. The session holds until that is answered.
+  void GreetAnew() { second_hellos_ = 0; }
+
+  /// The first HELLO, whose DATA begins with the nonce. From here on, only its answer is taken.
+  /// Returns the bytes in `signature`.
   uint8_t SignHello(const FrameView& hello, uint16_t number, uint8_t* signature);
   /// A frame of a session.
   uint8_t Sign(const FrameView& frame, uint8_t* signature);

@@ -55,20 +55,16 @@ class SigningTest : public ::testing::Test {
     return message;
   }
 
-  Message Answer() {
-    Message answer = MessageOf(kId, protocol::kHelloAnswer,
-                               {0x34, 0x12, 1, 9, 0, 100, 0, 200, 0, 2, 0, 3, 30, 0, 0});
-    server.Sign(&answer);
-    return answer;
-  }
+  Message Answer() { return server.Greeting(kId); }
 
   // HELLO, its answer, and the first frame of the session.
   void Greet(uint16_t number = 0) {
     Message hello = Hello(number);
     ASSERT_TRUE(server.Open(&hello));
     ASSERT_TRUE(robot.TakeAnswer(ViewOf(Answer())));
-    Message first = Sent(protocol::kSense | 1, {1, 2, 3, 4, 5, 6});
-    ASSERT_TRUE(server.Open(&first));
+    Message second = Sent(protocol::kHello, {0x34, 0x12, 1, 5});
+    ASSERT_TRUE(server.Open(&second));
+    ASSERT_FALSE(server.greets);
   }
 
   Message FromServer(const std::vector<uint8_t>& data, uint8_t id = kId,
@@ -245,7 +241,7 @@ TEST_F(SigningTest, EachBitOfAnAnswerCounts) {
   Message hello = Hello(0);
   ASSERT_TRUE(server.Open(&hello));
   const Message answer = Answer();
-  EXPECT_EQ(15 + 32, answer.length);
+  EXPECT_EQ(34, answer.length);
   for (int bit = 0; bit < 8 * answer.length; ++bit) {
     Message changed = answer;
     changed.data[bit / 8] = static_cast<uint8_t>(changed.data[bit / 8] ^ (1u << (bit % 8)));
@@ -259,14 +255,48 @@ TEST_F(SigningTest, EachBitOfAnAnswerCounts) {
   EXPECT_TRUE(robot.TakeAnswer(ViewOf(answer)));
 }
 
+// Held back, while frames to all were heard.
+TEST_F(SigningTest, AnAnswerDoesNotSetTheCounterOfFramesToAllBack) {
+  Greet();
+  Message hello = Hello(1);
+  ASSERT_TRUE(server.Open(&hello));
+  const Message answer = Answer();
+  const Message halt = FromServer({1, 1}, 0xFF, protocol::kCommand);
+  ASSERT_EQ(6, robot.Verify(ViewOf(halt)));
+  ASSERT_TRUE(robot.TakeAnswer(ViewOf(answer)));
+  EXPECT_EQ(Signing::kForged, robot.Verify(ViewOf(halt)));
+  EXPECT_EQ(6, robot.Verify(ViewOf(FromServer({2, 1}, 0xFF, protocol::kCommand))));
+}
+
+TEST_F(SigningTest, AServerWithAnotherGroupKeyMayCountAnew) {
+  Greet();
+  server.group_key[3] ^= 1;
+  server.group_sent = 0;
+  Greet(1);
+  EXPECT_EQ(6, robot.Verify(ViewOf(FromServer({1}, 0xFF, protocol::kRound))));
+}
+
+TEST_F(SigningTest, FourSecondHellosFollowAnAnswer) {
+  EXPECT_FALSE(robot.TakeSecondHello());
+  Greet();
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_TRUE(robot.second_hello_due());
+    EXPECT_TRUE(robot.TakeSecondHello());
+  }
+  EXPECT_FALSE(robot.second_hello_due());
+  EXPECT_FALSE(robot.TakeSecondHello());
+  Greet(1);
+  robot.GreetAnew();
+  EXPECT_FALSE(robot.TakeSecondHello());
+}
+
 TEST_F(SigningTest, AnAnswerOfAnotherKeyIsNotTaken) {
   Message hello = Hello(0);
   ASSERT_TRUE(server.Open(&hello));
   NaiveSigner other = server;
   other.key[15] ^= 1;
-  Message answer = MessageOf(kId, protocol::kHelloAnswer, {0x34, 0x12, 1});
-  other.Sign(&answer);
-  EXPECT_FALSE(robot.TakeAnswer(ViewOf(answer)));
+  EXPECT_FALSE(robot.TakeAnswer(ViewOf(other.Greeting(kId))));
+  EXPECT_TRUE(robot.TakeAnswer(ViewOf(Answer())));
 }
 
 // A robot that says HELLO because of a silence still hears the server, which knows of nothing.

@@ -2,8 +2,9 @@
 // with OpenSSL's CMAC. For tests only.
 //
 //   NaiveSigner signer;
-//   if (signer.Open(&request)) ...              // also HELLO; takes the signature off
-//   signer.Sign(&answer);                       // also HELLO's, and frames to all
+//   if (signer.Open(&request)) ...              // takes the signature off
+//   if (signer.greets) Send(signer.Greeting(request.id));   // it was a first HELLO
+//   signer.Sign(&answer);                       // also frames to all
 #pragma once
 
 #include <gtest/gtest.h>
@@ -43,7 +44,8 @@ class NaiveSigner {
   /// False, and `message` is as it was: it is not signed as the next frame of this robot.
   bool Open(protocol::Message* message) {
     const Octets all(message->data, message->data + message->length);
-    if (message->opcode == 0x71) {
+    greets = message->opcode == 0x71 && all.size() == 10;
+    if (greets) {
       return OpenHello(all, message);
     }
     if (all.size() < 5) {
@@ -74,9 +76,7 @@ class NaiveSigner {
 
   void Sign(protocol::Message* message) {
     const Octets data(message->data, message->data + message->length);
-    if (message->opcode == 0xF1) {
-      SignHelloAnswer(message);
-    } else if (message->id == 0xFF) {
+    if (message->id == 0xFF) {
       ++group_sent;
       const Octets mac = Mac(group_key, 3, group_sent, message->id, message->opcode, data);
       Add(message, {static_cast<uint8_t>(group_sent), static_cast<uint8_t>(group_sent >> 8)});
@@ -88,6 +88,31 @@ class NaiveSigner {
       Add(message, {static_cast<uint8_t>(session.sent)});
       Add(message, {mac.begin(), mac.begin() + 4});
     }
+  }
+
+  /// The answer to the last first HELLO.
+  protocol::Message Greeting(uint8_t id) {
+    const uint16_t number = hellos.empty() ? uint16_t{0} : hellos.back();
+    Octets nonces = {static_cast<uint8_t>(client_nonce), static_cast<uint8_t>(client_nonce >> 8)};
+    nonces.insert(nonces.end(), nonce.begin(), nonce.end());
+    ++nonce[0];
+    next = {Mac(key, 6, number, id, 0x71, nonces)};
+    const Octets mask = Mac(key, 7, number, id, 0x71, nonces);
+    protocol::Message message;
+    message.id = id;
+    message.opcode = 0xF1;
+    Add(&message, nonces);
+    Octets masked = group_key;
+    for (size_t i = 0; i < masked.size(); ++i) {
+      masked[i] ^= mask[i];
+    }
+    Add(&message, masked);
+    const uint32_t counter = accepts_unsigned ? 0xFFFFFFFF : group_sent;
+    Add(&message, {static_cast<uint8_t>(counter), static_cast<uint8_t>(counter >> 8),
+                   static_cast<uint8_t>(counter >> 16), static_cast<uint8_t>(counter >> 24)});
+    const Octets mac = Mac(key, 5, number, id, 0xF1, {message.data, message.data + message.length});
+    Add(&message, {mac.begin(), mac.begin() + 4});
+    return message;
   }
 
   static void Add(protocol::Message* message, const Octets& bytes) {
@@ -109,8 +134,9 @@ class NaiveSigner {
     uint32_t sent = 0;
   };
   Session session;
-  Session next;                  ///< of the last HELLO's answer; in use from its first frame on
-  std::vector<uint16_t> hellos;  ///< their numbers
+  Session next;                  ///< of the last greeting; in use from its first frame on
+  bool greets = false;           ///< what was opened last is a first HELLO
+  std::vector<uint16_t> hellos;  ///< numbers of those
   uint16_t client_nonce = 0;
 
  private:
@@ -119,9 +145,6 @@ class NaiveSigner {
   }
 
   bool OpenHello(const Octets& all, protocol::Message* message) {
-    if (all.size() != 10) {
-      return false;
-    }
     const auto number = static_cast<uint16_t>(all[4] + 256 * all[5]);
     if (!Ends(all, Mac(key, 4, number, message->id, 0x71, {all.begin(), all.begin() + 4}))) {
       return false;
@@ -130,27 +153,6 @@ class NaiveSigner {
     client_nonce = static_cast<uint16_t>(all[0] + 256 * all[1]);
     message->length = 4;
     return true;
-  }
-
-  void SignHelloAnswer(protocol::Message* message) {
-    const uint16_t number = hellos.empty() ? uint16_t{0} : hellos.back();
-    Octets nonces = {static_cast<uint8_t>(client_nonce), static_cast<uint8_t>(client_nonce >> 8)};
-    nonces.insert(nonces.end(), nonce.begin(), nonce.end());
-    next = {Mac(key, 6, number, message->id, 0x71, nonces)};
-    const Octets mask = Mac(key, 7, number, message->id, 0x71, nonces);
-    ++nonce[0];
-    Add(message, {nonces.begin() + 2, nonces.end()});
-    Octets masked = group_key;
-    for (size_t i = 0; i < masked.size(); ++i) {
-      masked[i] ^= mask[i];
-    }
-    Add(message, masked);
-    const uint32_t counter = accepts_unsigned ? 0xFFFFFFFF : group_sent;
-    Add(message, {static_cast<uint8_t>(counter), static_cast<uint8_t>(counter >> 8),
-                  static_cast<uint8_t>(counter >> 16), static_cast<uint8_t>(counter >> 24)});
-    const Octets mac =
-        Mac(key, 5, number, message->id, 0xF1, {message->data, message->data + message->length});
-    Add(message, {mac.begin(), mac.begin() + 4});
   }
 };
 
