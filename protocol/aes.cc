@@ -11,9 +11,12 @@ namespace {
 #if defined(__AVR__)  // otherwise the table would take RAM
 #define PHEROMONE_TABLE PROGMEM
 #define PHEROMONE_FROM_TABLE(at) pgm_read_byte(at)
+// The images are built for size, which makes calls of the smallest functions.
+#define PHEROMONE_IN_PLACE inline __attribute__((always_inline))
 #else
 #define PHEROMONE_TABLE
 #define PHEROMONE_FROM_TABLE(at) (*(at))
+#define PHEROMONE_IN_PLACE inline
 #endif
 
 // FIPS 197, figure 7.
@@ -38,41 +41,24 @@ const uint8_t kSubstitutes[256] PHEROMONE_TABLE = {
 };
 // clang-format on
 
-uint8_t Substitute(uint8_t byte) {
+PHEROMONE_IN_PLACE uint8_t Substitute(uint8_t byte) {
   return PHEROMONE_FROM_TABLE(&kSubstitutes[byte]);
 }
 
 // Times x in GF(2^8) with x^8 + x^4 + x^3 + x + 1.
-uint8_t Double(uint8_t byte) {
-  return static_cast<uint8_t>((byte << 1) ^ (0x1Bu & static_cast<uint8_t>(0u - (byte >> 7))));
+PHEROMONE_IN_PLACE uint8_t Double(uint8_t byte) {
+  const uint8_t twice = static_cast<uint8_t>(byte << 1);
+  const uint8_t carry = static_cast<uint8_t>(-(byte >> 7));  // all bits, or none
+  return static_cast<uint8_t>(twice ^ (0x1Bu & carry));
 }
 
-void AddKey(const uint8_t* key, uint8_t* block) {
-  for (uint8_t i = 0; i < kAesBlock; ++i) {
-    block[i] ^= key[i];
-  }
-}
-
-// SubBytes and ShiftRows: row r of the state, bytes r, r + 4 ..., turns left by r.
-void SubstituteAndShift(uint8_t* block) {
-  uint8_t before[kAesBlock];
-  for (uint8_t i = 0; i < kAesBlock; ++i) {
-    before[i] = Substitute(block[i]);
-  }
-  for (uint8_t i = 0; i < kAesBlock; ++i) {
-    block[i] = before[(5u * i) % kAesBlock];
-  }
-}
-
-void MixColumns(uint8_t* block) {
-  for (uint8_t* column = block; column != block + kAesBlock; column += 4) {
-    const uint8_t first = column[0];
-    const uint8_t all = column[0] ^ column[1] ^ column[2] ^ column[3];
-    for (uint8_t i = 0; i < 4; ++i) {
-      const uint8_t next = i == 3 ? first : column[i + 1];
-      column[i] ^= static_cast<uint8_t>(all ^ Double(column[i] ^ next));
-    }
-  }
+PHEROMONE_IN_PLACE void MixColumn(uint8_t* a, uint8_t* b, uint8_t* c, uint8_t* d) {
+  const uint8_t first = *a;
+  const uint8_t all = *a ^ *b ^ *c ^ *d;
+  *a = static_cast<uint8_t>(*a ^ all ^ Double(*a ^ *b));
+  *b = static_cast<uint8_t>(*b ^ all ^ Double(*b ^ *c));
+  *c = static_cast<uint8_t>(*c ^ all ^ Double(*c ^ *d));
+  *d = static_cast<uint8_t>(*d ^ all ^ Double(*d ^ first));
 }
 
 }  // namespace
@@ -97,24 +83,100 @@ void Aes::Set(const uint8_t* key) {
   }
 }
 
+// The state in variables, which an AVR keeps in registers: column a is a0 to a3. Loops over an
+// array take it three times as long, and a ROUND is to be verified before its first turn begins.
 void Aes::Encrypt(uint8_t* block) const {
-  AddKey(keys_, block);
-  for (uint8_t round = 1; round <= kRounds; ++round) {
-    SubstituteAndShift(block);
+  const uint8_t* key = keys_;
+  uint8_t a0 = block[0] ^ *key++;
+  uint8_t a1 = block[1] ^ *key++;
+  uint8_t a2 = block[2] ^ *key++;
+  uint8_t a3 = block[3] ^ *key++;
+  uint8_t b0 = block[4] ^ *key++;
+  uint8_t b1 = block[5] ^ *key++;
+  uint8_t b2 = block[6] ^ *key++;
+  uint8_t b3 = block[7] ^ *key++;
+  uint8_t c0 = block[8] ^ *key++;
+  uint8_t c1 = block[9] ^ *key++;
+  uint8_t c2 = block[10] ^ *key++;
+  uint8_t c3 = block[11] ^ *key++;
+  uint8_t d0 = block[12] ^ *key++;
+  uint8_t d1 = block[13] ^ *key++;
+  uint8_t d2 = block[14] ^ *key++;
+  uint8_t d3 = block[15] ^ *key++;
+  for (uint8_t round = 1;; ++round) {
+    // SubBytes; ShiftRows turns row r left by r.
+    a0 = Substitute(a0);
+    b0 = Substitute(b0);
+    c0 = Substitute(c0);
+    d0 = Substitute(d0);
+    uint8_t turned = a1;
+    a1 = Substitute(b1);
+    b1 = Substitute(c1);
+    c1 = Substitute(d1);
+    d1 = Substitute(turned);
+    turned = a2;
+    a2 = Substitute(c2);
+    c2 = Substitute(turned);
+    turned = b2;
+    b2 = Substitute(d2);
+    d2 = Substitute(turned);
+    turned = d3;
+    d3 = Substitute(c3);
+    c3 = Substitute(b3);
+    b3 = Substitute(a3);
+    a3 = Substitute(turned);
     if (round != kRounds) {
-      MixColumns(block);
+      MixColumn(&a0, &a1, &a2, &a3);
+      MixColumn(&b0, &b1, &b2, &b3);
+      MixColumn(&c0, &c1, &c2, &c3);
+      MixColumn(&d0, &d1, &d2, &d3);
     }
-    AddKey(&keys_[kAesBlock * round], block);
+    a0 = static_cast<uint8_t>(a0 ^ *key++);
+    a1 = static_cast<uint8_t>(a1 ^ *key++);
+    a2 = static_cast<uint8_t>(a2 ^ *key++);
+    a3 = static_cast<uint8_t>(a3 ^ *key++);
+    b0 = static_cast<uint8_t>(b0 ^ *key++);
+    b1 = static_cast<uint8_t>(b1 ^ *key++);
+    b2 = static_cast<uint8_t>(b2 ^ *key++);
+    b3 = static_cast<uint8_t>(b3 ^ *key++);
+    c0 = static_cast<uint8_t>(c0 ^ *key++);
+    c1 = static_cast<uint8_t>(c1 ^ *key++);
+    c2 = static_cast<uint8_t>(c2 ^ *key++);
+    c3 = static_cast<uint8_t>(c3 ^ *key++);
+    d0 = static_cast<uint8_t>(d0 ^ *key++);
+    d1 = static_cast<uint8_t>(d1 ^ *key++);
+    d2 = static_cast<uint8_t>(d2 ^ *key++);
+    d3 = static_cast<uint8_t>(d3 ^ *key++);
+    if (round == kRounds) {
+      break;
+    }
   }
+  block[0] = a0;
+  block[1] = a1;
+  block[2] = a2;
+  block[3] = a3;
+  block[4] = b0;
+  block[5] = b1;
+  block[6] = b2;
+  block[7] = b3;
+  block[8] = c0;
+  block[9] = c1;
+  block[10] = c2;
+  block[11] = c3;
+  block[12] = d0;
+  block[13] = d1;
+  block[14] = d2;
+  block[15] = d3;
 }
 
 void DoubleBlock(uint8_t* block) {
-  const uint8_t carry = block[0] >> 7;
+  const uint8_t carry = static_cast<uint8_t>(-(block[0] >> 7));  // all bits, or none
   for (uint8_t i = 0; i < kAesBlock; ++i) {
     const uint8_t next = i + 1u < kAesBlock ? block[i + 1u] : uint8_t{0};
     block[i] = static_cast<uint8_t>((block[i] << 1) | (next >> 7));
   }
-  block[kAesBlock - 1u] ^= static_cast<uint8_t>(0x87u & static_cast<uint8_t>(0u - carry));
+  const uint8_t last = block[kAesBlock - 1];
+  block[kAesBlock - 1] = static_cast<uint8_t>(last ^ (0x87u & carry));
 }
 
 }  // namespace protocol

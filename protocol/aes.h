@@ -25,6 +25,9 @@ class Aes {
   /// In place.
   void Encrypt(uint8_t* block) const;
 
+  /// The key that was set: the first bytes of what it was expanded to.
+  const uint8_t* key() const { return keys_; }
+
  private:
   enum : uint8_t { kRounds = 10 };
   uint8_t keys_[kAesBlock * (kRounds + 1)];

@@ -85,12 +85,11 @@ FrameParser::Result FrameParser::TakeCoded(uint8_t byte) {
   body_[1] = kRound;
   const uint8_t answers = data[kCountsAt] & 0x0Fu;
   const uint8_t turns = static_cast<uint8_t>(data[kCountsAt] >> 4);
-  const uint8_t most = static_cast<uint8_t>(2 + kCodedColumns * rows);
   size_ = static_cast<uint8_t>(2 + kHeader + kAnswerSize * answers + turns + 2);
-  if (kHasSigning && size_ + kSignatureToAll <= most && Judge() == kCrcError) {
+  if (kHasSigning && size_ + kSignatureToAll <= 2 + kCodedColumns * rows && Judge() == kCrcError) {
     size_ = static_cast<uint8_t>(size_ + kSignatureToAll);  // it may be signed
   }
-  return size_ > most ? kCrcError : Judge();
+  return size_ > 2 + kCodedColumns * rows ? kCrcError : Judge();
 }
 
 FrameParser::Result FrameParser::Judge() const {

@@ -19,7 +19,7 @@ string(REGEX MATCH "[0-9]+\\.[0-9]+\\.[0-9]+" PROJECT_VERSION "${project}")
 set(boards client_fw/boards)
 set(globs protocol/*.h protocol/*.cc client_fw/core/*.h client_fw/core/*.cc ${boards}/arduino/*.h
           ${boards}/arduino/*.cc)
-foreach(room base medium requests steering)
+foreach(room base medium requests signing steering)
   list(APPEND globs client_fw/core/${room}/*.h client_fw/core/${room}/*.cc)
 endforeach()
 list(TRANSFORM globs PREPEND ${SOURCE}/)
@@ -28,7 +28,7 @@ list(APPEND files ${boards}/boot.h ${boards}/nonvolatile.h ${boards}/avr/eeprom.
 list(FILTER files EXCLUDE REGEX "_test\\.cc$|net_record|robot_net")  # robots with nets are not part of it
 
 # Each must be found, and once.
-set(defaults PHEROMONE_TAGS PHEROMONE_ALL_COUNTERS PHEROMONE_ADAPTERS)
+set(defaults PHEROMONE_TAGS PHEROMONE_ALL_COUNTERS PHEROMONE_ADAPTERS PHEROMONE_SIGNING)
 
 file(REMOVE_RECURSE ${TO} ${TO}.zip)
 foreach(file IN LISTS files)

@@ -79,7 +79,7 @@ TEST(LinkCountersTest, EachNameTellsItsCounter) {
       {"dropped_datagrams", 31},
       {"unsigned_frames", 32},
       {"unknown_robots", 33},
-      {"wrong_tags", 34},
+      {"wrong_signatures", 34},
   };
   EXPECT_EQ(found, expected);
 }

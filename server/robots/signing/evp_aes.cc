@@ -5,6 +5,18 @@
 
 namespace pheromone::signing {
 
+EvpAes& EvpAes::operator=(const EvpAes& other) {
+  if (this == &other) {
+    return *this;
+  }
+  context_.reset(other.context_ != nullptr ? EVP_CIPHER_CTX_new() : nullptr);
+  if (other.context_ != nullptr &&
+      (context_ == nullptr || EVP_CIPHER_CTX_copy(context_.get(), other.context_.get()) != 1)) {
+    throw std::bad_alloc();
+  }
+  return *this;
+}
+
 void EvpAes::Set(const uint8_t* key) {
   context_.reset(EVP_CIPHER_CTX_new());
   if (context_ == nullptr) {

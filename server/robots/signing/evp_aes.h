@@ -12,6 +12,13 @@ namespace pheromone::signing {
 
 class EvpAes {
  public:
+  EvpAes() = default;
+  EvpAes(const EvpAes& other) { *this = other; }
+  EvpAes(EvpAes&&) noexcept = default;
+  EvpAes& operator=(const EvpAes& other);
+  EvpAes& operator=(EvpAes&&) noexcept = default;
+  ~EvpAes() = default;
+
   /// `key`: 16 bytes.
   void Set(const uint8_t* key);
   /// In place.

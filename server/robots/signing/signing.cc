@@ -15,6 +15,7 @@ using protocol::MacUse;
 using Mac = std::array<uint8_t, protocol::kAesBlock>;
 
 constexpr uint8_t kHelloSize = 4;
+constexpr uint32_t kLastCounter = 0xFFFFFFFE;
 constexpr std::chrono::seconds kSecond{1};
 
 // Of the message's ID, OPCODE, and the first `length` bytes of DATA.
@@ -156,7 +157,7 @@ Opened Signing::OpenFrame(protocol::Message* message, Robot* robot) {
   }
   const auto length = static_cast<uint8_t>(message->length - protocol::kSignature);
   const auto is_of = [&](std::optional<Session>* session) {
-    if (!*session) {
+    if (!*session || (*session)->heard >= kLastCounter) {
       return false;
     }
     const uint32_t counter =
@@ -197,6 +198,9 @@ bool Signing::Sign(protocol::Message* message) {
   if (!session) {
     return security_ == Security::kAccept;
   }
+  if (session->sent == kLastCounter) {
+    return false;  // until HELLO
+  }
   if (message->length + protocol::kSignature > protocol::kMaxData) {
     MakeError(message);
   }
@@ -216,7 +220,7 @@ void Signing::SignGreeting(protocol::Message* message, Robot* robot) {
   protocol::Message nonces = *message;
   nonces.opcode = protocol::kHello;
   const Mac session = MacOf(robot->key, MacUse::kSessionKey, number, nonces, nonces.length);
-  robot->next.emplace().key.Set(session.data());
+  robot->next.emplace(session.data());
   Mac group = MacOf(robot->key, MacUse::kGroupMask, number, nonces, nonces.length);
   for (size_t i = 0; i < group.size(); ++i) {
     group[i] = static_cast<uint8_t>(group[i] ^ group_[i]);

@@ -68,6 +68,7 @@ class Signing {
 
  private:
   struct Session {
+    explicit Session(const uint8_t* bytes) { key.Set(bytes); }
     MacKey key;
     uint32_t heard = 0;  // the last counter
     uint32_t sent = 0;
@@ -91,8 +92,8 @@ class Signing {
   void SignToAll(protocol::Message* message);
   void MakeGroupKey();
 
-  const Security security_;
-  const Random random_;
+  Security security_;
+  Random random_;
   std::map<uint8_t, Robot> robots_;
   Key group_{};
   MacKey group_key_;
