@@ -227,8 +227,8 @@ class AttackerTest(unittest.TestCase):
         self.assertGreater(halts, FRAMES // 800)
         self.assertGreater(sum(map(len, ordered.values())), FRAMES // 200)
         self.assertGreater(sum(acknowledged.values()), FRAMES // 10)
-        self.assertGreater(self.air.lost, FRAMES // 100)
-        for kind in ("unsigned_frames", "wrong_tags", "unknown_robots"):
+        self.assertGreater(self.air.lost, FRAMES // 200)
+        for kind in ("unsigned_frames", "wrong_signatures", "unknown_robots"):
             self.assertGreater(rejected[kind], 20, rejected)
         self.assertGreater(sum(rejected.values()), FRAMES // 3)
         print(f"{dict(self.air.sent)}; {self.air.lost} lost; {dict(rejected)}; {halts} halts, "
@@ -238,7 +238,7 @@ class AttackerTest(unittest.TestCase):
         counted = Counter()
         for one in self.server.links():
             counted += Counter({key: one["counters"][key] for key in (
-                "unsigned_frames", "wrong_tags", "unknown_robots")})
+                "unsigned_frames", "wrong_signatures", "unknown_robots")})
         return counted
 
     def test_would_succeed_without_signatures(self):
