@@ -17,7 +17,7 @@ from pheromone import wire
 from pheromone._line import Line
 from pheromone.wire import build
 
-LOSS = 0.03  # of what robots and the server send
+LOSS = 0.02  # of what robots and the server send
 FORGED_SPEED = -4321  # which no operator asks for
 FORGED_EVENT = 8
 
@@ -42,20 +42,39 @@ class Air:
         return lost
 
     def attack(self, channel):
-        """Up to two frames to the server, and one to robots."""
+        """Up to two frames to the server, and one to robots; now and then a session."""
         for _ in range(self.chance.randrange(3)):
-            if self.left:
-                self.left -= 1
-                self.send(self.chance.choice(TO_SERVER), self.to_server, channel.intrude)
-        if self.left and self.chance.random() < 0.5:
-            self.left -= 1
+            self.send(self.chance.choice(TO_SERVER), self.to_server, channel.intrude)
+        if self.chance.random() < 0.5:
             self.send(self.chance.choice(TO_ROBOTS), self.to_robots, channel.deliver)
+        if self.chance.random() < 0.01:
+            self.replay_session(self.to_server, channel.intrude)
+        if self.chance.random() < 0.02:
+            self.replay_session(self.to_robots, channel.deliver)
 
     def send(self, way, heard, transmit):
         body = way(self.chance, heard)
-        if body:
+        if body and self.left:
+            self.left -= 1
             self.sent[way.__name__] += 1
             transmit(body)
+
+    def replay_session(self, heard, transmit):
+        """Its beginning, in order: HELLO, or the greeting, and what that robot sent or got then."""
+        begins = [at for at, body in enumerate(heard)
+                  if body[1] & 0x7F == wire.HELLO and len(body) in (12, 36)]
+        if begins:
+            # The last one is likely to be that which is still going on.
+            first = self.chance.choice(begins[-3:] + [self.chance.choice(begins)])
+            session = [it for it in heard[first:first + 60] if it[0] == heard[first][0]]
+            for body in session[:20]:
+                self.send(of_a_session(body), heard, transmit)
+
+
+def of_a_session(body):
+    def replayed_session(chance, heard):
+        return body
+    return replayed_session
 
 
 def replayed(chance, heard):

@@ -11,6 +11,7 @@ import json
 import os
 import pathlib
 import re
+import signal
 import socket
 import struct
 import subprocess
@@ -191,7 +192,7 @@ class RequireTest(SignedLink):
         seven = SignedRobot(line, 7, self.key_of(7))
         seven.hello(nonce=1)
         self.ctl("keys", "new", 9, "--file", "robots.keys")
-        self.ctl("reload")
+        self.daemon.process.send_signal(signal.SIGHUP)
         await_that(lambda: self.daemon.log().count(": keys added 9\n") == 2, self.daemon.log)
         SignedRobot(line, 9, self.key_of(9)).hello(nonce=1)
         seven.ping(b"still there")

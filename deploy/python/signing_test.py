@@ -117,6 +117,17 @@ class SignerTest(unittest.TestCase):
         self.signer.verify(self.body("greeting"))
         self.assertTrue(self.signer.awaits_greeting)
 
+    def test_a_greeting_that_was_held_back_does_not_set_the_groups_counter_back(self):
+        self.greet()
+        self.signer._asked = (42).to_bytes(2, "little"), 0
+        for name in ("halt_to_all", "round_counter_wraps"):
+            self.assertIsNotNone(self.signer.verify(self.body(name)))
+        self.signer.verify(self.body("greeting"))
+        self.assertFalse(self.signer.awaits_greeting)
+        for name in ("halt_to_all", "round_counter_wraps"):
+            self.assertIsNone(self.signer.verify(self.body(name)))
+        self.assertIsNotNone(self.signer.verify(self.body("round_coded")))
+
     def test_a_greeting_of_an_earlier_boot_is_not_accepted(self):
         hello = wire.build_hello(7, nonce=43)
         self.assertEqual(self.signer.ask(hello)[-6:-4], b"\0\0")  # the number that it had, too

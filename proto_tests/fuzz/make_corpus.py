@@ -3,8 +3,8 @@
 small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
-                               DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/,
-                               DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/, DIR/session/,
+                               DIR/config/, DIR/journal/, DIR/keys/, DIR/maps/, DIR/tracker/,
+                               DIR/capture/, DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/, DIR/session/,
                                DIR/etcd/, DIR/peer_wire/, DIR/signing/
 """
 
@@ -318,7 +318,7 @@ def etcd_answers():
 
 
 def main(folder):
-    for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
+    for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "keys", "maps", "tracker",
                    "capture", "radio", "pnml", "stream", "http", "session", "etcd", "peer_wire",
                    "signing"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
@@ -354,6 +354,9 @@ def main(folder):
     (folder / "config" / "plain").write_bytes(b"\n".join(line for line in plain if line))
     for name, parser, file in rasters():
         (folder / "maps" / name).write_bytes(bytes([parser]) + file)
+    (folder / "keys" / "two").write_text("# ours\n7 " + "07" * 16 + " red\r\n\n254 " + "aF" * 16
+                                         + "# spare\n")
+    (folder / "keys" / "short").write_text("7 " + "07" * 15 + "\n")
     (folder / "tracker" / "pose").write_bytes(b"pose radio-a 7 2.35 0.9 -90\r\n\npose b 8 -1 .5 0")
     (folder / "tracker" / "gps").write_bytes(b"gps a 1 47.3769 8.5417 181.5\ngps a 2 0 -180 360 408")
     for name, session in engine_seeds.sessions():

@@ -111,6 +111,7 @@ class Signer:
         self._session: Mac | None = None
         self._sent = self._heard = 0
         self._group: Mac | None = None
+        self._group_key = b""
         self._group_heard = 0
 
     @property
@@ -178,9 +179,12 @@ class Signer:
         self._session = Mac(self._key(_covered(_SESSION_KEY, number, nonces)))
         self._sent = self._heard = 0
         mask = self._key(_covered(_GROUP_MASK, number, nonces))
-        self._group_heard = int.from_bytes(told[-4:], "little")
-        signs = self._group_heard != _NOT_SIGNED
-        self._group = Mac(_xor(mask, group)) if signs else None
+        counter = int.from_bytes(told[-4:], "little")
+        group_key = _xor(mask, group) if counter != _NOT_SIGNED else b""
+        # A greeting that was held back must not set the counter back.
+        self._group_heard = max(counter, self._group_heard if group_key == self._group_key else 0)
+        self._group = Mac(group_key) if group_key else None
+        self._group_key = group_key
 
 
 def _fits(key: Mac, use: int, counter: int, covered: bytes, tag: bytes) -> bool:
