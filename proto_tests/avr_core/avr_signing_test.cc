@@ -79,8 +79,8 @@ TEST_F(AvrSigningTest, ASessionFitsAndAFrameTakesAtMostTwoMilliseconds) {
   }
   Tell("its answer verified");
 
-  // Before the first turn of a ROUND, which may be taken until 3 ms after its end.
-  Message round = MessageOf(protocol::kBroadcastId, protocol::kRound, Octets(58, 9));
+  // Ten answers and ten turns, of which the first may be taken until 3 ms after the ROUND.
+  Message round = MessageOf(protocol::kBroadcastId, protocol::kRound, Octets(56, 9));
   server_.Sign(&round);
   ASSERT_EQ(Octets{6}, Run(kVerify, round));
   Tell("the longest ROUND verified");

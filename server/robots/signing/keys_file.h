@@ -30,9 +30,9 @@ constexpr int kMaxRobot = 254;  ///< the last ID of a robot; the first is 1
 class KeysFile {
  public:
   struct Robot {
-    Key key;
-    std::string comment;  ///< as it was written: escape it where it is shown
-    size_t line;          ///< in the file, from 1
+    Key key{};
+    std::string comment{};  ///< as it was written: escape it where it is shown
+    size_t line = 0;        ///< in the file, from 1
   };
 
   /// What a new file begins with.
