@@ -25,6 +25,7 @@ from stranger.client import Line, open_terminal
 from test_config import link, map_of, pheromone, pty, table
 
 BIN = pathlib.Path()
+LINKS = 3  # that are signed
 PLACE = (1, 1000, 500)  # a pheromone, and where in mm
 SENSE_THERE = struct.pack("<hhH", 1000, 500, 0)
 
@@ -43,7 +44,8 @@ class SignedLink(unittest.TestCase):
         signed = {"security": self.security, "keys": "robots.keys"}
         (self.folder / "test.toml").write_text(
             map_of(4.0, 3.0) + pheromone(1, "path") + table("journal", folder="state")
-            + link("udp", "udp", listen="127.0.0.1:0", **signed) + pty("pty")
+            + link("udp", "udp", listen="127.0.0.1:0", **signed)
+            + link("tcp", "tcp", listen="127.0.0.1:0", **signed) + pty("pty")
             + "".join(f'{key} = "{value}"\n' for key, value in signed.items()))
         self.start()
 
@@ -63,17 +65,21 @@ class SignedLink(unittest.TestCase):
         if self.link == "pty":
             line = open_terminal(self.folder / "pty.pty")
         else:
-            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as peer:
-                peer.connect(("127.0.0.1", self.daemon.udp_port()))
+            kind = socket.SOCK_DGRAM if self.link == "udp" else socket.SOCK_STREAM
+            with socket.socket(socket.AF_INET, kind) as peer:
+                peer.connect(("127.0.0.1", int(self.state()["address"].rpartition(":")[2])))
                 line = Line(os.dup(peer.fileno()))
         self.addCleanup(line.close)
         return line
 
+    def state(self):
+        links = json.loads(self.daemon.call("GET", "/api/v1/links")[1])["links"]
+        (state,) = [it for it in links if it["name"] == self.link]
+        return state
+
     def counters(self):
         """Of frames that are ignored: unsigned, wrongly signed, of robots without a key."""
-        links = json.loads(self.daemon.call("GET", "/api/v1/links")[1])["links"]
-        (counters,) = [it["counters"] for it in links if it["name"] == self.link]
-        return tuple(counters[name]
+        return tuple(self.state()["counters"][name]
                      for name in ("unsigned_frames", "wrong_signatures", "unknown_robots"))
 
 
@@ -174,7 +180,7 @@ class RequireTest(SignedLink):
         self.ctl("keys", "new", 9, "--file", "robots.keys")
         eight.ping(b"not yet")
         self.ctl("reload")
-        await_that(lambda: self.daemon.log().count(": keys revoked 8, added 9\n") == 2,
+        await_that(lambda: self.daemon.log().count(": keys revoked 8, added 9\n") == LINKS,
                    self.daemon.log)
         group = seven.group
         line.send(eight.sealed(PING, b"?"))
@@ -193,7 +199,7 @@ class RequireTest(SignedLink):
         seven.hello(nonce=1)
         self.ctl("keys", "new", 9, "--file", "robots.keys")
         self.daemon.process.send_signal(signal.SIGHUP)
-        await_that(lambda: self.daemon.log().count(": keys added 9\n") == 2, self.daemon.log)
+        await_that(lambda: self.daemon.log().count(": keys added 9\n") == LINKS, self.daemon.log)
         SignedRobot(line, 9, self.key_of(9)).hello(nonce=1)
         seven.ping(b"still there")
         self.assertEqual(self.counters(), (0, 0, 0))
@@ -247,6 +253,22 @@ class RequireTest(SignedLink):
 
 class RequireOnPtyTest(RequireTest):
     link = "pty"
+
+
+class TwoAddressesTest(SignedLink):
+    def test_a_halt_of_all_is_the_same_frame(self):
+        robots = [SignedRobot(self.open(), it, self.key_of(it)) for it in (7, 8)]
+        for robot in robots:
+            robot.hello(nonce=1)
+        for count in (1, 2):
+            self.assertEqual(self.daemon.call("POST", "/api/v1/halt", {})[0], 200)
+            for robot in robots:
+                self.assertEqual(robot.next_to_all(COMMAND)[1:], b"\x01")
+                self.assertEqual(robot.heard_to_all, count)
+
+
+class TwoConnectionsTest(TwoAddressesTest):
+    link = "tcp"
 
 
 class AcceptTest(SignedLink):

@@ -249,7 +249,8 @@ bool Channel::IsClear(bool carrier, Time now) {
 // The message's frame as it leaves; nothing if its robot could not accept it.
 std::optional<std::vector<uint8_t>> Channel::Sealed(const protocol::Message& message) const {
   protocol::Message sealed = message;
-  if (options_.signing != nullptr && !options_.signing->Sign(&sealed)) {
+  const bool is_ready = options_.to_all_is_signed && message.id == protocol::kBroadcastId;
+  if (!is_ready && options_.signing != nullptr && !options_.signing->Sign(&sealed)) {
     on_dropped_(message);
     return std::nullopt;
   }

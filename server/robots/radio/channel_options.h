@@ -29,6 +29,8 @@ struct ChannelOptions {
   Duration quiet_start{};
   /// Of the link; outlives the line. Null: nothing is signed.
   signing::Signing* signing = nullptr;
+  /// Frames to all are the same on several lines, and come with their signature.
+  bool to_all_is_signed = false;
 };
 
 }  // namespace pheromone::radio
