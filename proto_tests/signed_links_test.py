@@ -210,6 +210,16 @@ class RequireTest(SignedLink):
                       answer.stderr)
         seven.ping(b"still there")
 
+    def test_a_file_that_others_may_read_is_refused_by_check(self):
+        check = [BIN / "pheromoned", "--check", "--config", "test.toml"]
+        good = subprocess.run(check, cwd=self.folder, text=True, capture_output=True, check=True)
+        self.assertIn("signed frames required, keys: 2\n", good.stdout)
+        (self.folder / "robots.keys").chmod(0o644)
+        bad = subprocess.run(check, cwd=self.folder, text=True, capture_output=True, check=False)
+        self.assertEqual(bad.returncode, 2)
+        self.assertRegex(bad.stderr, r"(?m)^test\.toml:\d+:8: link\[1\]\.keys: .*"
+                                     r": chmod 600 .*robots\.keys$")
+
     def test_after_a_restart_old_sessions_are_ignored_and_hello_begins_new_ones(self):
         robot = SignedRobot(self.open(), 7, self.key_of(7))
         robot.hello(nonce=1)
