@@ -139,8 +139,8 @@ TO_ROBOTS = (replayed, replayed_at_once, damaged, forged_answer)
 
 
 class Channel:
-    """A connection to the server, with the robots on it. `connect` gives a file descriptor; `intruder`
-    too, of another address, if there is such a thing."""
+    """A connection to the server, with the robots on it. `connect` gives a file descriptor; so does
+    `intruder`, of another address, if there is such a thing."""
 
     def __init__(self, air, connect, intruder=None):
         self.air = air

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""An attacker without a key on signed links, by UDP and on a terminal: it hears everything, replays it, also
-of earlier sessions and from before restarts of the daemon, forges requests, answers and commands of
-any robot, and takes frames away. At the end the map has what was acknowledged to the robots, each
+"""An attacker without a key on signed links, by UDP and on a terminal: it hears everything, replays it,
+also of earlier sessions and from before restarts of the daemon, forges requests, answers and commands
+of any robot, and takes frames away. At the end the map has what was acknowledged to the robots, each
 robot has done what the operator told it and nothing else, and each halt has arrived.
 
     attacker_test.py BIN_DIR [--seed N] [--frames N]
@@ -62,7 +62,8 @@ class Robot:
         if code == wire.HALT:
             self.halts += 1
         else:
-            self.obeyed.append("resume" if code == wire.RESUME else command.fields.get("speed_mm_s"))
+            resume = code == wire.RESUME
+            self.obeyed.append("resume" if resume else command.fields.get("speed_mm_s"))
         return 0
 
     def change(self, chance):

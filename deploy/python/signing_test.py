@@ -17,7 +17,8 @@ sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 from pheromone import _signing, aio, drive, wire  # noqa: E402
-from pheromone.robot import Client, Line, NewEpoch, NoAnswer, next_boot  # noqa: E402
+from pheromone.robot import (  # noqa: E402
+    Client, Line, NewEpoch, NoAnswer, NonceUsedUp, next_boot)
 from pheromone.wire import build  # noqa: E402
 from signed_server import SignedServer, cmac  # noqa: E402
 
@@ -140,7 +141,7 @@ class SignerTest(unittest.TestCase):
                                                                 self.covered("hello"), hello)]
         self.assertEqual(numbers, ["0000", "0000", "0100", "0100"])
         self.signer._numbers[hello[2:4]] = 0x10000
-        with self.assertRaises(ValueError):
+        with self.assertRaises(NonceUsedUp):
             self.signer.ask(hello)
 
     def test_nothing_is_signed_without_a_session(self):
@@ -317,8 +318,15 @@ class ConversationTest(unittest.TestCase):
             follower.client.timeout = 60
             follower.step()
             self.assertEqual(still.speeds, [(125, 200)])
+            # The server is away for hours, and comes back.
+            follower.client._signer._numbers[(1).to_bytes(2, "little")] = 1 << 16
+            follower.client._in_step = False
+            follower.step()
+            follower.step()
+            self.assertEqual(still.speeds[1:], [(0, 0), (125, 200)])
+            self.assertEqual(self.server.nonce, 2)
             nonce = next_boot(boots)
-        self.assertEqual(nonce, 2)
+        self.assertEqual(nonce, 3)
 
         async def ask():
             robot = aio.AsyncClient(line, 7, key=KEY)

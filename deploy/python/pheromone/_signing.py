@@ -17,6 +17,10 @@ _NOT_SIGNED = 0xFFFFFFFF  # the group's counter on a link that takes unsigned fr
 _CLIENT, _SERVER, _TO_ALL, _HELLO, _GREETS, _SESSION_KEY, _GROUP_MASK = range(1, 8)
 
 
+class NonceUsedUp(ValueError):
+    """The robot has asked for 65536 sessions with one nonce; hello() with the next one goes on."""
+
+
 def _double(byte: int) -> int:
     """In the field of AES."""
     return byte << 1 ^ (0x11B if byte & 0x80 else 0)
@@ -119,11 +123,11 @@ class Signer:
         return self._asked is not None
 
     def ask(self, hello: bytes) -> bytes:
-        """HELLO as it asks for a session: the server greets. ValueError: no more with this nonce."""
+        """HELLO as it asks for a session: the server greets. Raises NonceUsedUp."""
         nonce = hello[2:4]
         number = self._numbers[nonce]
         if number > 0xFFFF:
-            raise ValueError("HELLO was sent 65536 times with this nonce: the next one, please")
+            raise NonceUsedUp("65536 sessions were asked for with this nonce, expected another one")
         self._numbers[nonce] = number + 1
         self._asked = nonce, number
         tag = self._key(_covered(_HELLO, number, hello))[:_TAG]

@@ -24,7 +24,7 @@ import secrets
 import time
 from typing import Protocol
 
-from .robot import Client, ErrorAnswer, Line, NewEpoch, NoAnswer, next_boot
+from .robot import Client, ErrorAnswer, Line, NewEpoch, NoAnswer, NonceUsedUp, next_boot
 from .wire import (BAD_VALUE, FOLLOW, HALT, MAX_TYPE, NOT_PERMITTED, POSE_LOST, RESUME, SAY_HELLO,
                    SPEED, TRAIL_LOST, UNIT, Message)
 
@@ -74,6 +74,7 @@ class Follower:
         self.speed_mm_s = speed_mm_s
         self.max_speed_mm_s = max_speed_mm_s
         self.released = released
+        self._boots = boots
         self._nonce = secrets.randbelow(1 << 16) if boots is None else next_boot(boots)
         self._unit_m: float | None = None  # of coordinates; None: HELLO is not answered yet
         self._told: int | None = None  # the EVENT of why it stands
@@ -96,6 +97,10 @@ class Follower:
                 self._unit_m = self.client.hello(self._nonce).pose_unit_10um * 1e-5
             speeds = self._steer(self._unit_m)
         except NewEpoch:
+            self._unit_m = None
+        except NonceUsedUp:  # the server was away for hours
+            assert self._boots is not None
+            self._nonce = next_boot(self._boots)
             self._unit_m = None
         except NoAnswer:
             pass

@@ -25,12 +25,12 @@ from typing import Any, NamedTuple
 
 from . import wire
 from ._line import InUse, Line, open_terminal
-from ._signing import Signer, next_boot
+from ._signing import NonceUsedUp, Signer, next_boot
 from .wire import Message, NotAMessage, build, build_hello, parse
 
 
 __all__ = ["Client", "ErrorAnswer", "InUse", "Intensities", "Line", "NewEpoch", "NoAnswer",
-           "ServerInfo", "answer_in", "mutates", "next_boot", "open_terminal"]
+           "NonceUsedUp", "ServerInfo", "answer_in", "mutates", "next_boot", "open_terminal"]
 
 PUT_OFF = (wire.BUSY, wire.READ_ONLY)  # reasons to try another server
 MAX_AHEAD = 128  # numbers that may follow the last one accepted
@@ -92,7 +92,7 @@ class Client:
 
     With a `key` of 16 bytes, frames are signed, and what is not signed is ignored (section 18). Then
     hello() comes before any other request, with a nonce that the key has not had: next_boot. After
-    silence a new session begins, with the same nonce.
+    silence a new session begins, with the same nonce, 65536 times at most (NonceUsedUp).
     """
 
     def __init__(

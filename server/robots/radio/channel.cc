@@ -7,6 +7,7 @@
 
 #include "protocol/coded_round.h"
 #include "protocol/messages.h"
+#include "protocol/signing.h"
 
 namespace pheromone::radio {
 namespace {
@@ -72,7 +73,7 @@ void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
   refused_.clear();
   const uint32_t damaged = Damaged(decoder_.counters());
   decoder_.PushBlock(bytes.data(), bytes.size(), DecoderTime(now), [&](protocol::Message message) {
-    if (options_.signing != nullptr && !Open(&message, now)) {
+    if (options_.signing != nullptr && !Open(&message, now, since)) {
       return;
     }
     messages->push_back(message);
@@ -86,14 +87,19 @@ void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
 }
 
 // Answers a first HELLO by itself. True: a message for the server.
-bool Channel::Open(protocol::Message* message, Time now) {
-  const protocol::Message received = *message;
+bool Channel::Open(protocol::Message* message, Time now, Time since) {
+  protocol::Message received = *message;
   switch (options_.signing->Open(message, now)) {
     case signing::Opened::kMessage:
       return true;
     case signing::Opened::kGreeting:
-      Enqueue(*message, now);
-      break;
+      refused_.push_back(received);
+      if (options_.half_duplex) {  // it may be in a turn, and is then answered with the ROUND
+        received.length = static_cast<uint8_t>(received.length - protocol::kSignature);
+        rounds_.OnHeard(received, now, since);
+      }
+      Answer(*message, now, now);
+      return false;
     case signing::Opened::kIgnore:
       break;
   }

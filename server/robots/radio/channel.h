@@ -128,7 +128,7 @@ class Channel {
     What what = What::kNothing;
   };
 
-  bool Open(protocol::Message* message, Time now);
+  bool Open(protocol::Message* message, Time now, Time since);
   void Enqueue(const protocol::Message& message, std::optional<Time> asked_at);
   void DropFront();
   Frame Take(const std::deque<Frame>::iterator& at);

@@ -165,7 +165,8 @@ bool Rounds::MayGoOn(Time now) const {
 }
 
 bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
-  if (answer.opcode == protocol::kHelloAnswer) {
+  const bool greets = signed_ && answer.length == protocol::kServerNonceAt;
+  if (answer.opcode == protocol::kHelloAnswer && !greets) {
     Join(answer.id, asked_at);
   }
   for (Turn& turn : turns_) {
