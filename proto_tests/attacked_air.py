@@ -20,6 +20,7 @@ from pheromone.wire import build
 LOSS = 0.02  # of what robots and the server send
 FORGED_SPEED = -4321  # which no operator asks for
 FORGED_EVENT = 8
+HALT = bytes((wire.EVERYBODY, 0xD1))  # how one begins
 
 
 def signature_of(chance, size=5):
@@ -146,6 +147,7 @@ class Channel:
         self.connect = connect
         self.intruder = intruder
         self.lines = []
+        self.halts = []  # that the server has sent: their bodies
         self.fd = self.other_fd = -1
         self.open()
 
@@ -197,6 +199,8 @@ class Channel:
             return True
         for body in self.decoder.feed(data):
             self.air.to_robots.append(body)
+            if body[:2] == HALT:
+                self.halts.append(body)
             # All three copies of a halt could be lost: that is jamming, which no signature prevents.
             if body[0] == wire.EVERYBODY or not self.air.loses():
                 self.deliver(body)

@@ -49,7 +49,7 @@ class Robot:
         self.id, self.key, self.boots, self.name = robot_id, key, boots, name
         self.deposited = Counter()  # quanta, by column and row
         self.obeyed = []  # speeds, and "resume"
-        self.halts = set()  # by seq
+        self.halts = 0
         self.boot()
 
     def boot(self):
@@ -60,7 +60,7 @@ class Robot:
     def obey(self, command):
         code = command.fields["code"]
         if code == wire.HALT:
-            self.halts.add(command.fields["seq"])
+            self.halts += 1
         else:
             self.obeyed.append("resume" if code == wire.RESUME else command.fields.get("speed_mm_s"))
         return 0
@@ -166,12 +166,12 @@ class AttackerTest(unittest.TestCase):
         await_that(accepted, "a command is acknowledged")
 
     def halt(self, robots):
-        before = [len(it.halts) for it in robots]
+        before = [it.halts for it in robots]
         self.server.halt()
         for robot, count in zip(robots, before):
             def arrived(robot=robot, count=count):
                 robot.client.listen(0.01)
-                return len(robot.halts) > count
+                return robot.halts > count
             await_that(arrived, "a halt arrives")
 
     def restart(self, kill):
@@ -219,8 +219,13 @@ class AttackerTest(unittest.TestCase):
                 self.assertEqual(self.level(column, row), acknowledged[column, row], (column, row))
         for robot in robots:
             self.assertEqual(robot.obeyed, ordered[id(robot)], (robot.name, robot.id))
-            self.assertEqual(len(robot.halts), halts)
+            # Three each, more if the disk was slow; none of them twice.
+            self.assertLessEqual(halts, robot.halts)
+            self.assertLessEqual(robot.halts, len(robot.line.channel.halts))
             self.assertNotEqual(self.facts(robot)["last_event"]["argument"], -1)
+        # The same bytes went to each address: no robot obeys another one's copy as a halt of its own.
+        self.assertTrue(set.intersection(*(set(it.line.channel.halts) for it in robots
+                                           if it.name == "udp")))
         known = [(it["link"], it["id"]) for it in self.server.clients() if it["known"]]
         self.assertEqual(sorted(known), sorted((it.name, it.id) for it in robots))
         self.assertFalse(restarts)
@@ -245,21 +250,21 @@ class AttackerTest(unittest.TestCase):
         chance = random.Random(18)
         self.serve()
         robots = self.populate(chance, 0, signed=False)
-        self.air.left = 400
+        self.air.left = 20_000
         for robot in robots:
             robot.client.tries = 2
-        while self.air.left:
+
+        def is_another_map():
+            self.field = self.server.map_as_array("path", nodes_per_cell=1)
+            acknowledged = sum((it.deposited for it in robots), Counter())
+            return any(self.level(*it) != acknowledged[it]
+                       for it in itertools.product(range(COLUMNS), range(ROWS)))
+        while not (is_another_map() and any(it.obeyed for it in robots)):
+            self.assertGreater(self.air.left, 0)
             try:
                 chance.choice(robots).change(chance)
             except (ErrorAnswer, NoAnswer):
                 pass  # forged, or of a forged request
-        for robot in robots:
-            robot.client.listen(0.1)
-        self.field = self.server.map_as_array("path", nodes_per_cell=1)
-        acknowledged = sum((it.deposited for it in robots), Counter())
-        self.assertTrue(any(self.level(*it) != acknowledged[it]
-                            for it in itertools.product(range(COLUMNS), range(ROWS))))
-        self.assertTrue(any(it.obeyed for it in robots))
 
 
 if __name__ == "__main__":

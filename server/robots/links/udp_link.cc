@@ -220,13 +220,7 @@ class UdpLink final : public ListeningLink<udp::socket> {
     } else if (outgoing.asker.known()) {
       SendTo(AddressOf(outgoing.asker), message);
     } else if (message.id == protocol::kBroadcastId) {
-      for (size_t i = 0; i < peers_.size(); ++i) {
-        // Robots behind one address receive it once.
-        const auto end = peers_.begin() + static_cast<std::ptrdiff_t>(i);
-        if (peers_[i].known() && std::find(peers_.begin(), end, peers_[i]) == end) {
-          SendTo(peers_[i], message);
-        }
-      }
+      SendToAll(message);
     } else if (peers_[message.id].known()) {
       SendTo(peers_[message.id], message);
     } else {
@@ -234,14 +228,41 @@ class UdpLink final : public ListeningLink<udp::socket> {
     }
   }
 
+  // The same bytes for everybody: with a counter for each address, somebody could play to a robot
+  // what was for another one, after it has obeyed its own.
+  void SendToAll(const protocol::Message& message) {
+    protocol::Message sealed = message;
+    if (!Seal(&sealed)) {
+      return;
+    }
+    for (size_t i = 0; i < peers_.size(); ++i) {
+      // Robots behind one address receive it once.
+      const auto end = peers_.begin() + static_cast<std::ptrdiff_t>(i);
+      if (peers_[i].known() && std::find(peers_.begin(), end, peers_[i]) == end) {
+        Add(sealed, peers_[i]);
+      }
+    }
+  }
+
   void SendTo(const PeerAddress& peer, const protocol::Message& message) {
+    protocol::Message sealed = message;
+    if (Seal(&sealed)) {
+      Add(sealed, peer);
+    }
+  }
+
+  // Signs it, if the link does. Counts what cannot be signed.
+  bool Seal(protocol::Message* message) {
+    if (context().signing == nullptr || context().signing->Sign(message)) {
+      return true;
+    }
+    CountUndeliverable(*message);
+    return false;
+  }
+
+  void Add(const protocol::Message& sealed, const PeerAddress& peer) {
     if (writer_.full()) {
       Flush();
-    }
-    protocol::Message sealed = message;
-    if (context().signing != nullptr && !context().signing->Sign(&sealed)) {
-      CountUndeliverable(message);
-      return;
     }
     writer_.Add(sealed, peer);
   }
