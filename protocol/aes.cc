@@ -68,16 +68,14 @@ void Aes::Set(const uint8_t* key) {
     keys_[i] = key[i];
   }
   uint8_t constant = 1;
-  for (uint8_t i = kAesBlock; i < sizeof(keys_); ++i) {
-    uint8_t byte = keys_[i - 1u];
+  for (uint8_t i = kAesBlock; i != uint8_t{sizeof(keys_)}; ++i) {
+    uint8_t byte = keys_[i - 4u];
     if (i % kAesBlock < 4) {  // the last word, turned by a byte
       byte = Substitute(keys_[i % 4 == 3 ? i - 7u : i - 3u]);
       if (i % kAesBlock == 0) {
         byte ^= constant;
         constant = Double(constant);
       }
-    } else {
-      byte = keys_[i - 4u];
     }
     keys_[i] = keys_[i - kAesBlock] ^ byte;
   }

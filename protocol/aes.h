@@ -43,8 +43,8 @@ struct MacKey {
 
   void Set(const uint8_t* key) {
     cipher.Set(key);
-    for (uint8_t i = 0; i < kAesBlock; ++i) {
-      subkey[i] = 0;
+    for (uint8_t& byte : subkey) {
+      byte = 0;
     }
     cipher.Encrypt(subkey);
     DoubleBlock(subkey);
@@ -56,8 +56,8 @@ class Cmac {
  public:
   /// `key` outlives it.
   explicit Cmac(const MacKey<Cipher>* key) : key_(key) {
-    for (uint8_t i = 0; i < kAesBlock; ++i) {
-      block_[i] = 0;
+    for (uint8_t& byte : block_) {
+      byte = 0;
     }
   }
 

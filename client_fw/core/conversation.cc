@@ -15,6 +15,7 @@ constexpr uint8_t kHelloDoublings = 3;
 constexpr uint8_t kSeldomHelloDoublings = 7;
 constexpr uint8_t kSilentSlots = 200;       // without the server are too many for a crowd's noise
 constexpr uint16_t kTurnPatienceMs = 8000;  // without a turn the server has forgotten us
+constexpr uint16_t kSessionPatienceMs = 8000;  // without a signed frame, too
 constexpr uint16_t kLongestStepMs = 0x7FFF;
 
 // After a warm reset the memory goes on; otherwise it begins here.
@@ -230,6 +231,9 @@ void Conversation::HearServer() {
   timers_[kContacted] = HasTurns()                                ? kTurnPatienceMs
                         : patience_ms > parameters().fail_safe_ms ? patience_ms
                                                                   : parameters().fail_safe_ms;
+  if (kHasSigning) {
+    timers_[kSpokenTo] = kSessionPatienceMs;
+  }
 }
 
 }  // namespace client

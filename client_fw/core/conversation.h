@@ -211,6 +211,13 @@ class Conversation : private ConversationState, private LinkSigning {
     }
   }
   void HearServer();
+#if PHEROMONE_SIGNING
+  void HearServerOfOthers();
+#else
+  void HearServerOfOthers() {
+    HearServer();
+  }
+#endif
 
   MediumAccess medium_;
   Behaviour behaviour_;

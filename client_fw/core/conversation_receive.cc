@@ -45,10 +45,8 @@ void Conversation::OnFrame() {
 
 void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length) {
   Count(&Counters::heard);
-  // It is there, though it has not heard us. With a key it has to speak to us: one that was
-  // restarted has forgotten our session, and is silent.
-  if (protocol::IsFromServer(opcode) && !HasTurns() && !is_signed()) {
-    HearServer();
+  if (protocol::IsFromServer(opcode) && !HasTurns()) {
+    HearServerOfOthers();  // it is there, though it has not heard us
   }
   if (opcode == protocol::kCommand && id == protocol::kBroadcastId && length == 2 &&
       data[1] == static_cast<uint8_t>(protocol::CommandCode::kHalt)) {

@@ -13,9 +13,8 @@ void Conversation::OnRound(const uint8_t* data, uint8_t length) {
   }
   Count(&Counters::rounds);
   timers_[kPause] = 0;  // the server is there
-  // kHasSigning, though is_signed() says the same: it costs avr-gcc 4 bytes otherwise.
-  if ((!kHasSigning || !is_signed()) && !HasTurns()) {
-    HearServer();
+  if (!HasTurns()) {
+    HearServerOfOthers();
   }
   if (in_turn_) {
     in_turn_ = false;

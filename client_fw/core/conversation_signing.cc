@@ -79,6 +79,17 @@ void Conversation::OnGreeting(const FrameView& frame) {
   }
 }
 
+// What it says to others shows that it is there, as without signing; but one that was restarted has
+// forgotten our session, and is silent to us.
+void Conversation::HearServerOfOthers() {
+  const uint16_t left_ms = timers_[kSpokenTo];
+  HearServer();
+  timers_[kSpokenTo] = left_ms;
+  if (is_signed() && timers_[kContacted] > left_ms) {
+    timers_[kContacted] = left_ms;
+  }
+}
+
 // Whoever is not in a session, perhaps no longer, cannot verify a ROUND, but keeps out of its turns
 // to find the opening. One that is forged can keep us from sending HELLO, as noise can; no answer
 // in it is believed.

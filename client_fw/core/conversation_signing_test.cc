@@ -240,7 +240,7 @@ TEST(SignedConversationTest, FramesOfAndToOthersAreHeardAsEver) {
 }
 
 // It was restarted, and has no session with us: it is silent. Others have said HELLO already, so
-// that its frames to them are heard.
+// that its frames to them are heard. For 8 s the air may be bad: HELLO takes two exchanges.
 TEST(SignedConversationTest, AServerThatHasForgottenUsIsGreetedThoughItIsHeard) {
   SignedHarness harness;
   harness.GreetAndDrive();
@@ -248,12 +248,13 @@ TEST(SignedConversationTest, AServerThatHasForgottenUsIsGreetedThoughItIsHeard) 
   harness.signer.group_key[0] = 99;
   const uint32_t from_ms = harness.now_ms;
   do {
-    ASSERT_LT(harness.now_ms - from_ms, 3000u);
+    ASSERT_LT(harness.now_ms - from_ms, 10'000u);
     harness.Step();
     if (harness.now_ms % 100 == 0 && !harness.leaving) {
       harness.FeedEncoded(protocol::SenseAnswer{kOther, 2, false, 1, 1});
     }
   } while (harness.leaving || harness.sent.opcode != protocol::kHello);
+  EXPECT_GE(harness.now_ms - from_ms, 7900u);
   ASSERT_TRUE(harness.signer.Open(&harness.sent));
   harness.AnswerSignedHello();
   ASSERT_TRUE(harness.NextFrame());

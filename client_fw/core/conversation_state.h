@@ -49,7 +49,8 @@ class ConversationState {
     kWindow,     ///< kAwaiting: our answer may still begin
     kPeriod,     ///< until the next period begins
     kPause,      ///< before HELLO is sent again
-    kTimers
+    kSpokenTo,   ///< with signing: since the server's last frame to us, or turn, that it has signed
+    kTimers = kSpokenTo + (kHasSigning ? 1 : 0)
   };
 
   // Offsets in the DATA of HELLO's answer.

@@ -43,7 +43,7 @@ Simulation::Simulation(const SimulationConfig& config)
 }
 
 SwarmConfig Simulation::Signed(const SimulationConfig& config) {
-  SwarmConfig swarm = config;
+  SwarmConfig swarm = static_cast<const SwarmConfig&>(config);
   const auto sign = [this](RobotConfig* robot) {
     const auto key = keys_.find(robot->client.id);
     if (key != keys_.end() && robot->image.empty()) {

@@ -54,7 +54,7 @@ class Signing : private SigningVariables {
   };
 
   /// `key` outlives it.
-  explicit Signing(const uint8_t* key) : SigningVariables(), key_(key) {}
+  explicit Signing(const uint8_t* key) : SigningVariables(), key_(key), session_(), group_() {}
 
   /// False: nothing is to be signed or verified.
   bool on() const { return key_ != nullptr; }

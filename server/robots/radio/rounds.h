@@ -145,7 +145,6 @@ class Rounds {
   int ExchangesAnOpening() const;
 
   const ChannelOptions options_;
-  const bool signed_;
   std::map<uint8_t, Robot> robots_;
   std::map<uint8_t, Time> others_;     // when clients without turns were last heard
   std::array<uint8_t, 256> wished_{};  // periods in the last HELLO of each
@@ -165,8 +164,9 @@ class Rounds {
   Time opening_end_ = Time::min();  // min: there is none
   Time last_heard_ = Time::min();
   Time next_opening_ = Time::min();
-  uint8_t width_ = 0;      // of the next opening, in slots
-  int exchanges_ = 0;      // in this opening
+  uint8_t width_ = 0;  // of the next opening, in slots
+  int exchanges_ = 0;  // in this opening
+  const bool signed_;
   bool used_ = false;      // something was heard in it
   bool collided_ = false;  // and some of that was damaged
   RoundCounters counters_;
