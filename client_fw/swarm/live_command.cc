@@ -16,6 +16,7 @@
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/boards/host/stop_text.h"
 #include "client_fw/core/steering/settings.h"
+#include "client_fw/keys/robots_keys.h"
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/live.h"
 #include "client_fw/swarm/path_experiment.h"
@@ -39,6 +40,7 @@ struct LiveOptions {
   int speed_mm_s = 300;
   client::Law law = client::Settings().law;
   int id = 1;
+  std::string keys;  // a file; empty: frames are not signed
   bool medium_access = false;
 };
 
@@ -137,6 +139,16 @@ int RunLiveCommand(const LiveOptions& options) {
   swarm.robot.client.rounds = options.medium_access;
   swarm.robot.client.gap_timeout_ms = kBufferedGapMs;
   swarm.robot.start = StartBeside(path);
+  keys::RobotsKeys robots_keys;
+  if (!options.keys.empty()) {
+    Result<keys::RobotsKeys> taken = keys::TakeKeys(options.keys, {swarm.robot.client.id});
+    if (!taken.ok()) {
+      return Fail("--keys: " + taken.error(), kWrongInput);
+    }
+    robots_keys = std::move(taken).value();
+    swarm.robot.client.key = robots_keys.keys.at(swarm.robot.client.id).data();
+    swarm.robot.client.boot_counter = robots_keys.first_start;
+  }
 
   LiveSwarm live(swarm, {options.modem});
   if (const Status opened = live.Open(); !opened.ok()) {
@@ -204,6 +216,10 @@ void AddLiveCommand(CLI::App* app, int* status) {
   live_command->add_option("--id", options->id, "Robot ID (default: 1)")
       ->check(WholeNumber(1, 254))
       ->type_name("ID");
+  live_command
+      ->add_option("--keys", options->keys,
+                   "Sign frames with the robot's key in this file, which is like the server's")
+      ->type_name("FILE");
   live_command->add_flag("--medium-access", options->medium_access,
                          "The server's link has medium_access = true, so the robot takes turns");
   live_command->callback([options, status] { *status = RunLiveCommand(*options); });

@@ -5,7 +5,10 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <set>
+#include <utility>
 
+#include "client_fw/keys/robots_keys.h"
 #include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/simulation.h"
 
@@ -75,6 +78,23 @@ SimulationConfig SetUp(const Scenario& scenario) {
   return config;
 }
 
+// The keys of all robots; none without a file.
+Result<keys::RobotsKeys> TakeKeysFor(const SwarmConfig& config, const std::string& file) {
+  if (file.empty()) {
+    return keys::RobotsKeys{};
+  }
+  std::set<uint8_t> ids;
+  for (const RobotConfig& robot : config.robots) {
+    if (!robot.image.empty()) {
+      return Error{fmt::format("--keys: robot {} runs an image, whose key is in its EEPROM",
+                               robot.client.id)};
+    }
+    ids.insert(robot.client.id);
+  }
+  Result<keys::RobotsKeys> taken = keys::TakeKeys(file, ids);
+  return taken.ok() ? std::move(taken) : Error{"--keys: " + taken.error()};
+}
+
 // The same robots for a daemon, which may remember robots of earlier runs, and for ports, which may
 // delay bytes.
 SwarmConfig SetUpLive(const Scenario& scenario, LinkKind links) {
@@ -110,13 +130,22 @@ SwarmRecord RunScenario(const Scenario& scenario, const std::function<void(int64
 }
 
 Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<std::string>& ports,
-                                    LinkKind links, const volatile std::sig_atomic_t* stop,
+                                    const std::string& keys_file, LinkKind links,
+                                    const volatile std::sig_atomic_t* stop,
                                     const std::function<void(const LiveSwarm&)>& show) {
   if (ports.size() != static_cast<size_t>(scenario.channels)) {
     return Error{fmt::format("{} has {} channels, but {} ports are given: expected one per channel",
                              scenario.name, scenario.channels, ports.size())};
   }
-  LiveSwarm live(SetUpLive(scenario, links), ports, scenario.timing.adapter_ns);
+  SwarmConfig config = SetUpLive(scenario, links);
+  PHEROMONE_TRY(const keys::RobotsKeys robots_keys, TakeKeysFor(config, keys_file));
+  for (RobotConfig& robot : config.robots) {
+    if (!robots_keys.keys.empty()) {
+      robot.client.key = robots_keys.keys.at(robot.client.id).data();
+      robot.client.boot_counter = robots_keys.first_start;
+    }
+  }
+  LiveSwarm live(config, ports, scenario.timing.adapter_ns);
   PHEROMONE_TRY_STATUS(live.Open());
   Recorder recorder(&live.swarm(), scenario.engine.field, scenario.sample_ms);
   live.Run(scenario.duration_ms, stop, [&] {
