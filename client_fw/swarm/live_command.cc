@@ -16,7 +16,6 @@
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/boards/host/stop_text.h"
 #include "client_fw/core/steering/settings.h"
-#include "client_fw/keys/robots_keys.h"
 #include "client_fw/swarm/command.h"
 #include "client_fw/swarm/live.h"
 #include "client_fw/swarm/path_experiment.h"
@@ -139,17 +138,10 @@ int RunLiveCommand(const LiveOptions& options) {
   swarm.robot.client.rounds = options.medium_access;
   swarm.robot.client.gap_timeout_ms = kBufferedGapMs;
   swarm.robot.start = StartBeside(path);
-  keys::RobotsKeys robots_keys;
-  if (!options.keys.empty()) {
-    Result<keys::RobotsKeys> taken = keys::TakeKeys(options.keys, {swarm.robot.client.id});
-    if (!taken.ok()) {
-      return Fail("--keys: " + taken.error(), kWrongInput);
-    }
-    robots_keys = std::move(taken).value();
-    swarm.robot.client.key = robots_keys.keys.at(swarm.robot.client.id).data();
-    swarm.robot.client.boot_counter = robots_keys.first_start;
+  const Result<keys::RobotsKeys> robots_keys = SignWith(options.keys, &swarm);
+  if (!robots_keys.ok()) {
+    return Fail(robots_keys.error(), kWrongInput);
   }
-
   LiveSwarm live(swarm, {options.modem});
   if (const Status opened = live.Open(); !opened.ok()) {
     return Fail(opened.error(), kFailed);

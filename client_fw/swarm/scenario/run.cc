@@ -5,10 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <set>
-#include <utility>
 
-#include "client_fw/keys/robots_keys.h"
 #include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/simulation.h"
 
@@ -78,23 +75,6 @@ SimulationConfig SetUp(const Scenario& scenario) {
   return config;
 }
 
-// The keys of all robots; none without a file.
-Result<keys::RobotsKeys> TakeKeysFor(const SwarmConfig& config, const std::string& file) {
-  if (file.empty()) {
-    return keys::RobotsKeys{};
-  }
-  std::set<uint8_t> ids;
-  for (const RobotConfig& robot : config.robots) {
-    if (!robot.image.empty()) {
-      return Error{fmt::format("--keys: robot {} runs an image, whose key is in its EEPROM",
-                               robot.client.id)};
-    }
-    ids.insert(robot.client.id);
-  }
-  Result<keys::RobotsKeys> taken = keys::TakeKeys(file, ids);
-  return taken.ok() ? std::move(taken) : Error{"--keys: " + taken.error()};
-}
-
 // The same robots for a daemon, which may remember robots of earlier runs, and for ports, which may
 // delay bytes.
 SwarmConfig SetUpLive(const Scenario& scenario, LinkKind links) {
@@ -138,13 +118,7 @@ Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<
                              scenario.name, scenario.channels, ports.size())};
   }
   SwarmConfig config = SetUpLive(scenario, links);
-  PHEROMONE_TRY(const keys::RobotsKeys robots_keys, TakeKeysFor(config, keys_file));
-  for (RobotConfig& robot : config.robots) {
-    if (!robots_keys.keys.empty()) {
-      robot.client.key = robots_keys.keys.at(robot.client.id).data();
-      robot.client.boot_counter = robots_keys.first_start;
-    }
-  }
+  PHEROMONE_TRY(const keys::RobotsKeys robots_keys, SignWith(keys_file, &config));
   LiveSwarm live(config, ports, scenario.timing.adapter_ns);
   PHEROMONE_TRY_STATUS(live.Open());
   Recorder recorder(&live.swarm(), scenario.engine.field, scenario.sample_ms);
