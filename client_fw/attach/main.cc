@@ -21,10 +21,10 @@
 #include "client_fw/attach/attach.h"
 #include "client_fw/attach/connection.h"
 #include "client_fw/attach/reporter.h"
-#include "client_fw/attach/robot_key.h"
 #include "client_fw/attach/servers.h"
 #include "client_fw/boards/host/plane_pose.h"
 #include "client_fw/boards/host/real_time.h"
+#include "client_fw/keys/robot_key.h"
 #include "server/base/command_line.h"
 #include "server/base/number_check.h"
 #include "server/base/program.h"
@@ -104,9 +104,9 @@ int Run(const Options& options) {
   const auto [x_m, y_m, heading_deg] = options.start;
   attach.client.start = client::ToClientPose({x_m, y_m, heading_deg * std::numbers::pi / 180});
   attach.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
-  RobotKey key;
+  keys::RobotKey key;
   if (!options.key.empty()) {
-    Result<RobotKey> taken = TakeKey(options.key);
+    Result<keys::RobotKey> taken = keys::TakeKey(options.key);
     if (!taken.ok()) {
       return Fail(kProgram, "--key: " + taken.error(), kWrongInput);
     }

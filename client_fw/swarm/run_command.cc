@@ -33,6 +33,7 @@ struct RunOptions {
   SwarmWish wish{.robots = 0};  // or so many for one's own server
   std::optional<uint64_t> seed;
   std::vector<std::string> ports;  // of a daemon; none: an engine in process
+  std::string keys;                // a file; empty: frames are not signed
   bool medium_access = false;
   std::string out;
 };
@@ -110,7 +111,7 @@ Result<SwarmRecord> RunAgainstDaemon(const Task& task, const RunOptions& options
   }
   StatusLine line;
   StopReason reason(load);
-  Result<SwarmRecord> record = RunScenarioLive(scenario, options.ports, load.access,
+  Result<SwarmRecord> record = RunScenarioLive(scenario, options.ports, options.keys, load.access,
                                                StopOnSignals(), [&](const LiveSwarm& live) {
                                                  line.Show(live);
                                                  reason.Show(live.swarm());
@@ -187,6 +188,10 @@ int Run(RunOptions options) {
     return Fail(own_server ? "found a scenario and --robots, expected one of them"
                            : "found neither a scenario nor --robots, expected one of them: "
                              "pheromone-swarm run --robots 12 drives on your running server",
+                kWrongInput);
+  }
+  if (!options.keys.empty() && options.ports.empty() && !own_server) {
+    return Fail("--keys: a run in virtual time has no signed links, expected --daemon or --robots",
                 kWrongInput);
   }
   Result<Task> task = TaskOf(&options);
@@ -271,6 +276,11 @@ void AddRunCommand(CLI::App* app, int* status) {
           ->check(TerminalDevice())
           ->type_name("PORT[,PORT...]")
           ->excludes(robots);
+  command
+      ->add_option("--keys", options->keys,
+                   "With --daemon or --robots: sign frames with the robots' keys in this file, "
+                   "which is like the server's")
+      ->type_name("FILE");
   command
       ->add_flag("--medium-access", options->medium_access,
                  "With --daemon: its links have medium_access = true, so robots take turns")

@@ -200,7 +200,7 @@ Result<TrailsRun> RunTrails(const TrailsBench& bench, const TrailsExperiment& ex
 }
 
 Result<TrailsRun> RunTrailsLive(const TrailsBench& bench, const TrailsExperiment& experiment,
-                                const std::vector<std::string>& ports,
+                                const std::vector<std::string>& ports, const std::string& keys_file,
                                 const volatile std::sig_atomic_t* stop, const ShowTrails& show) {
   if (ports.size() != static_cast<size_t>(experiment.channel_count())) {
     return Error{fmt::format("{} ports for {} channels, expected one for each", ports.size(),
@@ -213,6 +213,7 @@ Result<TrailsRun> RunTrailsLive(const TrailsBench& bench, const TrailsExperiment
     robot.client.rounds = false;
     robot.client.gap_timeout_ms = kBufferedGapMs;
   }
+  PHEROMONE_TRY(const keys::RobotsKeys robots_keys, SignWith(keys_file, &watch.config()));
   LiveSwarm live(watch.config(), ports, experiment.timing.adapter_ns);
   if (const Status opened = live.Open(); !opened.ok()) {
     return opened.error();

@@ -4,9 +4,8 @@
 //   parameters.key = key.value().bytes.data();
 //   parameters.boot_counter = key.value().start;
 //
-// A nonce must not be used twice with a key, so the starts are counted in a file beside it,
-// "robot-7.key.starts", which is written before it returns. Errors name the file, what is wrong and
-// what was expected.
+// Each call counts a start (start_count.h). Errors name the file, what is wrong and what was
+// expected.
 #pragma once
 
 #include <array>
@@ -15,7 +14,7 @@
 
 #include "server/base/result.h"
 
-namespace pheromone::attach {
+namespace pheromone::keys {
 
 struct RobotKey {
   std::array<uint8_t, 16> bytes{};
@@ -25,4 +24,4 @@ struct RobotKey {
 
 Result<RobotKey> TakeKey(const std::string& path);
 
-}  // namespace pheromone::attach
+}  // namespace pheromone::keys

@@ -1,4 +1,4 @@
-#include "client_fw/attach/robot_key.h"
+#include "client_fw/keys/robot_key.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 #include "server/base/testing/temporary_folder.h"
 
-namespace pheromone::attach {
+namespace pheromone::keys {
 namespace {
 
 using ::testing::HasSubstr;
@@ -83,7 +83,8 @@ TEST_F(RobotKeyTest, EachStartHasANumberOfItsOwn) {
   EXPECT_EQ(65535, TakeKey(path).value().start);
   const auto used_up = TakeKey(path);
   ASSERT_FALSE(used_up.ok());
-  EXPECT_THAT(used_up.error(), HasSubstr("key.starts: 65535 starts, expected fewer"));
+  EXPECT_THAT(used_up.error(),
+              HasSubstr("key.starts: 65535 starts, expected at most 65534: new keys"));
 }
 
 TEST_F(RobotKeyTest, ACountThatIsNoneIsRefused) {
@@ -106,4 +107,4 @@ TEST_F(RobotKeyTest, WithoutACountThereIsNoKey) {
 }
 
 }  // namespace
-}  // namespace pheromone::attach
+}  // namespace pheromone::keys
