@@ -83,8 +83,10 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
   PutCrc(board_.sketch_crc, crc);
   Storage::Begin();
   uint8_t payload[client::kSettingsSize + 2];
-  if (board_.stored.Load(payload) && payload[client::kSettingsSize] == crc[0] &&
-      payload[client::kSettingsSize + 1] == crc[1]) {
+  if (!board_.stored.Load(payload)) {
+    board_.stored.BeginBehind(Storage::FirstVersion());
+  } else if (payload[client::kSettingsSize] == crc[0] &&
+             payload[client::kSettingsSize + 1] == crc[1]) {
     client::UnpackSettings(payload, &parameters_);
   }
   wheels.begin();
