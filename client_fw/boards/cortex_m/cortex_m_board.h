@@ -9,7 +9,8 @@
 //
 // This board has no EEPROM. RAM is used instead, which survives resets but not a loss of power:
 // settings are then lost, and nonces begin at 1 again, so that "at most once" does not hold after a
-// power loss. A board of your own needs a Storage (nonvolatile.h) that survives it.
+// power loss. A board of your own needs a Storage (nonvolatile.h) that survives it. So does
+// signing: images with it use a file of QEMU's host (semihosted_eeprom.h).
 //
 // For the main loop, except where marked for interrupts.
 #pragma once
@@ -18,14 +19,19 @@
 
 #include "client_fw/boards/cortex_m/interrupt_uart.h"
 #include "client_fw/boards/cortex_m/registers.h"
+#include "client_fw/boards/cortex_m/semihosted_eeprom.h"
 #include "client_fw/boards/nonvolatile.h"
 #include "client_fw/core/base/moment.h"
 #include "client_fw/core/steering/diagnostics.h"
 #include "client_fw/core/steering/parameters.h"
+#include "protocol/signing.h"
 
 namespace pheromone {
 namespace client {
 
+#if PHEROMONE_SIGNING
+using CortexMStorage = SemihostedEeprom;
+#else
 /// RAM used as the EEPROM.
 struct ResetProofRam {
   static bool Ready() { return true; }
@@ -34,6 +40,8 @@ struct ResetProofRam {
 
   static uint8_t bytes[256];
 };
+using CortexMStorage = ResetProofRam;
+#endif
 
 class CortexMBoard {
  public:
@@ -66,29 +74,46 @@ class CortexMBoard {
 
   // Also required by client_fw/boards/firmware.h.
   bool load_settings(uint8_t* to, uint8_t /*size*/) { return nonvolatile_.Load(to); }
-  bool saved() const { return nonvolatile_.saved(); }
-  uint16_t saves() const { return nonvolatile_.version(); }
+#if PHEROMONE_SIGNING
+  static bool load_key(uint8_t* to) {
+    return SemihostedEeprom::LoadKey(to);
+  }
+#endif
+  bool saved() const {
+    return nonvolatile_.saved();
+  }
+  uint16_t saves() const {
+    return nonvolatile_.version();
+  }
   uint8_t id() const;
   /// A lead or tail may take a millisecond longer.
   void set_keying(uint16_t lead_ms, uint16_t tail_ms) {
     lead_ms_ = lead_ms;
     tail_ms_ = tail_ms;
   }
-  static constexpr uint32_t radio_baud() { return 9600; }
-  bool ram_was_kept() const { return ram_was_kept_; }
+  static constexpr uint32_t radio_baud() {
+    return 9600;
+  }
+  bool ram_was_kept() const {
+    return ram_was_kept_;
+  }
   void EndTurn();
 
   // The interrupts'.
   void OnMillisecond();
   void OnReceived(InterruptUart* uart);
   void OnSent(InterruptUart* uart);
-  InterruptUart* radio() { return &radio_; }
-  InterruptUart* robot() { return &robot_; }
+  InterruptUart* radio() {
+    return &radio_;
+  }
+  InterruptUart* robot() {
+    return &robot_;
+  }
 
  private:
   InterruptUart radio_{0};
   InterruptUart robot_{1};
-  Nonvolatile<ResetProofRam, kSettingsSize> nonvolatile_;
+  Nonvolatile<CortexMStorage, kSettingsSize> nonvolatile_;
   volatile uint32_t now_ms_ = 0;
   uint16_t lead_ms_ = 0;
   uint16_t tail_ms_ = 0;
