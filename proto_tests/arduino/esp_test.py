@@ -6,9 +6,11 @@
 The robot waits for a resume, follows a path, stands when the daemon is frozen, and goes on. Settings
 told over the radio are in its EEPROM when it starts again, with another nonce. When it was not
 switched on but reset, it does not know where it is, and stands for twice as long as one that was
-switched on needed to drive on. With KEY_H, the sketch's, the link requires signing.
+switched on needed to drive on. With KEY_H, the sketch's, the link requires signing, which a
+sketch that cannot write to its EEPROM does not do.
 """
 
+import json
 import pathlib
 import signal
 import subprocess
@@ -48,6 +50,11 @@ class Robot:
     def end(self):
         self.process.send_signal(signal.SIGTERM)
         check(self.process.wait(60) == 0, "the sketch failed")
+
+
+def unsigned_frames(daemon):
+    (udp,) = json.loads(daemon.call("GET", "/api/v1/links")[1])["links"]
+    return udp["counters"]["unsigned_frames"]
 
 
 def run(bin_dir, program, key_header, folder):
@@ -97,6 +104,12 @@ def run(bin_dir, program, key_header, folder):
         await_that(lambda: robot.lines >= told + 2 * lines, "it prints where it stands")
         check((robot.x_m, robot.y_m) == (0, 0), f"it drives, to {robot.x_m}, {robot.y_m} m")
         robot.end()
+        if key_header is not None:
+            check(unsigned_frames(daemon) == 0, "it has sent unsigned frames")
+            robots.append(Robot(program, daemon.udp_port(), folder / "missing" / "eeprom"))
+            await_that(lambda: unsigned_frames(daemon) > 0,
+                       "it does not sign with a number that is not stored")
+            robots[-1].end()
         daemon.stop()
     finally:
         for process in [robot.process for robot in robots] + [daemon.process]:

@@ -100,6 +100,11 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
     // Damaged: it may be anywhere.
     parameters_.pose_lost = memory.guard == kGuard || !WasSwitchedOn();
     client::StartCold(&board_, parameters_, &memory.requests);
+#if PHEROMONE_SIGNING
+    if (!Storage::Committed()) {  // this start's number will come again
+      parameters_.key = nullptr;
+    }
+#endif
     memory.odometry = client::Odometry{0, 0, 0};
     memory.crc =
         static_cast<uint16_t>(CheckOf(memory.odometry) + (parameters_.pose_lost ? 1u : 0u));

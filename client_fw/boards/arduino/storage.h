@@ -20,9 +20,11 @@ namespace arduino {
 
 struct Storage : client::Eeprom {
   static void Begin() {}
+  static void Commit() {}
+  /// False: what was written may not be there at the next start.
+  static constexpr bool Committed() { return true; }
   /// What the boot counter begins behind, if nothing is stored.
   static uint16_t FirstVersion() { return 0; }
-  static void Commit() {}
 };
 
 #else
@@ -36,7 +38,14 @@ struct Storage {
   static bool Ready() { return true; }
   static uint8_t Read(uint8_t at) { return EEPROM.read(at); }
   static void Write(uint8_t at, uint8_t value) { EEPROM.write(at, value); }
-  static void Commit() { EEPROM.commit(); }
+  static void Commit() { Last() = EEPROM.commit(); }
+  static bool Committed() { return Last(); }
+
+ private:
+  static bool& Last() {
+    static bool committed = false;
+    return committed;
+  }
 };
 
 #endif
