@@ -3,11 +3,11 @@
 
     uno_test.py BIN_DIR ARDUINO_LIVE IMAGE encoders|steppers CHANGES [KEY_H]
 
-The robot follows a path. Then it is halted, told over the radio to deposit without a pause, and makes
-so many CHANGES while bytes are lost both ways and its reset button is pressed: what a stranger
-then senses there is as many quanta as the robot has sent numbers. At last the supply is switched off
-and on: it has another nonce, and what it was told. With KEY_H, the image's, the link requires signing,
-and no number of HELLO is used twice.
+The robot follows a path. Then it is halted, told over the radio to deposit without a pause, and
+makes so many CHANGES while bytes are lost both ways and its reset button is pressed: what a
+stranger then senses there is as many quanta as the robot has sent numbers. At last the supply is
+switched off and on: it has another nonce, and what it was told. With KEY_H, the image's, the link
+requires signing, and no number of HELLO is used twice.
 """
 
 import os

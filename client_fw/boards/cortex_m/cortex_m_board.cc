@@ -37,9 +37,7 @@ void CortexMBoard::Start() {
   ram_was_kept_ = kept[0] == kKept[0] && kept[1] == kKept[1];
   kept[0] = kKept[0];
   kept[1] = kKept[1];
-#if PHEROMONE_SIGNING
-  SemihostedEeprom::Begin();
-#endif
+  CortexMStorage::Begin();
   Gpio().output_enable_set = kPtt | kLoad | kLed;
   Watchdog().load = kWatchdogCycles;
   Watchdog().control = 3;

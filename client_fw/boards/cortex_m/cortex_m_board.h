@@ -34,9 +34,12 @@ using CortexMStorage = SemihostedEeprom;
 #else
 /// RAM used as the EEPROM.
 struct ResetProofRam {
+  static void Begin() {}
   static bool Ready() { return true; }
   static uint8_t Read(uint8_t at) { return bytes[at]; }
   static void Write(uint8_t at, uint8_t value) { bytes[at] = value; }
+
+  static bool LoadKey(uint8_t* /*to*/) { return false; }
 
   static uint8_t bytes[256];
 };
@@ -74,41 +77,25 @@ class CortexMBoard {
 
   // Also required by client_fw/boards/firmware.h.
   bool load_settings(uint8_t* to, uint8_t /*size*/) { return nonvolatile_.Load(to); }
-#if PHEROMONE_SIGNING
-  static bool load_key(uint8_t* to) {
-    return SemihostedEeprom::LoadKey(to);
-  }
-#endif
-  bool saved() const {
-    return nonvolatile_.saved();
-  }
-  uint16_t saves() const {
-    return nonvolatile_.version();
-  }
+  static bool load_key(uint8_t* to) { return CortexMStorage::LoadKey(to); }
+  bool saved() const { return nonvolatile_.saved(); }
+  uint16_t saves() const { return nonvolatile_.version(); }
   uint8_t id() const;
   /// A lead or tail may take a millisecond longer.
   void set_keying(uint16_t lead_ms, uint16_t tail_ms) {
     lead_ms_ = lead_ms;
     tail_ms_ = tail_ms;
   }
-  static constexpr uint32_t radio_baud() {
-    return 9600;
-  }
-  bool ram_was_kept() const {
-    return ram_was_kept_;
-  }
+  static constexpr uint32_t radio_baud() { return 9600; }
+  bool ram_was_kept() const { return ram_was_kept_; }
   void EndTurn();
 
   // The interrupts'.
   void OnMillisecond();
   void OnReceived(InterruptUart* uart);
   void OnSent(InterruptUart* uart);
-  InterruptUart* radio() {
-    return &radio_;
-  }
-  InterruptUart* robot() {
-    return &robot_;
-  }
+  InterruptUart* radio() { return &radio_; }
+  InterruptUart* robot() { return &robot_; }
 
  private:
   InterruptUart radio_{0};
