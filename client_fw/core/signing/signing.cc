@@ -18,6 +18,12 @@ void CopyTag(const uint8_t* from, uint8_t* to) {
   }
 }
 
+void CopyKey(const uint8_t* from, uint8_t* to) {
+  for (uint8_t i = 0; i < kAesBlock; ++i) {
+    to[i] = from[i];
+  }
+}
+
 bool SameKey(const uint8_t* a, const uint8_t* b) {
   uint8_t difference = 0;
   for (uint8_t i = 0; i < kAesBlock; ++i) {
@@ -28,14 +34,29 @@ bool SameKey(const uint8_t* a, const uint8_t* b) {
 
 }  // namespace
 
+const Signing::Key& Signing::ExpandOwn(uint8_t* group) {
+  if (in_session_) {
+    CopyKey(group_.cipher.key(), group);
+  }
+  group_.Set(key_);
+  return group_;
+}
+
+void Signing::RestoreGroup(const uint8_t* group) {
+  if (in_session_) {
+    group_.Set(group);
+  }
+}
+
 uint8_t Signing::SignHello(const FrameView& hello, uint16_t number, uint8_t* signature) {
   awaits_answer_ = true;
   number_ = number;
   nonce_ = protocol::GetU16(hello.data);
-  Key own;
-  own.Set(key_);
+  uint8_t group[kAesBlock] = {};
   uint8_t mac[kAesBlock];
-  ComputeMac(own, {MacUse::kHello, number, hello.id, hello.opcode}, hello.data, hello.length, mac);
+  ComputeMac(ExpandOwn(group), {MacUse::kHello, number, hello.id, hello.opcode}, hello.data,
+             hello.length, mac);
+  RestoreGroup(group);
   protocol::PutU16(signature, number);
   CopyTag(mac, signature + 2);
   return protocol::kSignatureOfHello;
@@ -57,12 +78,13 @@ bool Signing::TakeAnswer(const FrameView& answer) {
       answer.length != protocol::kGreetingSize || protocol::GetU16(data) != nonce_) {
     return false;
   }
-  Key own;
-  own.Set(key_);
+  uint8_t group[kAesBlock] = {};
+  const Key& own = ExpandOwn(group);
   uint8_t mac[kAesBlock];
   ComputeMac(own, {MacUse::kGreeting, number_, answer.id, answer.opcode}, data,
              protocol::kGreetingTagAt, mac);
   if (!protocol::SameTag(mac, data + protocol::kGreetingTagAt)) {
+    RestoreGroup(group);
     return false;
   }
   protocol::MacHead head = {MacUse::kSessionKey, number_, answer.id, protocol::kHello};
@@ -75,7 +97,7 @@ bool Signing::TakeAnswer(const FrameView& answer) {
   }
   // The answer may have been held back, and what was sent to all since has been heard.
   const uint32_t of_group = protocol::GetU32(data + protocol::kGroupCounterAt);
-  if (of_group > of_group_ || !in_session_ || !SameKey(mac, group_.cipher.key())) {
+  if (of_group > of_group_ || !in_session_ || !SameKey(mac, group)) {
     of_group_ = of_group;
   }
   group_.Set(mac);

@@ -86,6 +86,10 @@ class Signing : private SigningVariables {
  private:
   using Key = protocol::MacKey<protocol::Aes>;
 
+  /// The robot's own key, in the place of the group's, whose bytes are put into `group` until
+  /// RestoreGroup: its 192 bytes on the stack would be too many for an ATmega328.
+  const Key& ExpandOwn(uint8_t* group);
+  void RestoreGroup(const uint8_t* group);
   bool Accept(const Key& key, const protocol::MacHead& head, const FrameView& frame, uint8_t size);
 
   const uint8_t* key_;

@@ -304,6 +304,11 @@ TEST_F(SigningTest, TheSessionHoldsUntilHelloIsAnswered) {
   Greet();
   Message hello = Hello(1);
   EXPECT_EQ(5, robot.Verify(ViewOf(FromServer({1}))));
+  EXPECT_EQ(6, robot.Verify(ViewOf(FromServer({1, 2}, 0xFF, protocol::kRound))));
+  NaiveSigner other = server;
+  other.key[15] ^= 1;
+  EXPECT_FALSE(robot.TakeAnswer(ViewOf(other.Greeting(kId))));
+  EXPECT_EQ(6, robot.Verify(ViewOf(FromServer({1, 2}, 0xFF, protocol::kRound))));
   Message between = Sent(protocol::kCommandAck, {1, 2, 3, 4});
   EXPECT_TRUE(server.Open(&between));
   ASSERT_TRUE(server.Open(&hello));
