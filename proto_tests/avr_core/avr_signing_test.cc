@@ -85,6 +85,16 @@ TEST_F(AvrSigningTest, ASessionFitsAndAFrameTakesAtMostTwoMilliseconds) {
   ASSERT_EQ(Octets{6}, Run(kVerify, round));
   Tell("the longest ROUND verified");
   EXPECT_LE(cycles_, 2000 * kCyclesAMicrosecond);
+
+  // The session is still there afterwards.
+  Message again = MessageOf(kId, protocol::kHello, {0x34, 0x12, 1, 5});
+  NaiveSigner::Add(&again, Run(kSignHello, again, 0xABCE));
+  Tell("HELLO signed in a session");
+  EXPECT_LE(cycles_, 2000 * kCyclesAMicrosecond);
+  ASSERT_TRUE(server_.Open(&again));
+  round = MessageOf(protocol::kBroadcastId, protocol::kRound, Octets(56, 9));
+  server_.Sign(&round);
+  ASSERT_EQ(Octets{6}, Run(kVerify, round));
 }
 
 }  // namespace
