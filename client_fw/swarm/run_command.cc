@@ -177,8 +177,9 @@ Result<Task> TaskOf(RunOptions* options) {
     return TaskForServer(options);
   }
   PHEROMONE_TRY(Scenario scenario, LoadScenario(options->file));
-  const ChannelLoad load =
+  ChannelLoad load =
       LoadOf(scenario, options->medium_access ? LinkKind::kMediumAccess : LinkKind::kBuffered);
+  load.is_signed = options->wish.is_signed;
   return Task{std::move(scenario), load};
 }
 
@@ -194,6 +195,7 @@ int Run(RunOptions options) {
     return Fail("--keys: a run in virtual time has no signed links, expected --daemon or --robots",
                 kWrongInput);
   }
+  options.wish.is_signed = !options.keys.empty();
   Result<Task> task = TaskOf(&options);
   if (!task.ok()) {
     return Fail(task.error(), own_server ? kFailed : kWrongInput);
