@@ -54,6 +54,19 @@ class LabDaemonTest(unittest.TestCase):
         self.assertEqual([link["name"] for link in links], ["lab-1", "lab-2"])
         return ",".join(link["address"] for link in links)
 
+    def make_keys(self, robots):
+        self.call("pheromonectl", "keys", "new", *map(str, range(1, robots + 1)), "--file",
+                  "robots.keys")
+        return ["--keys", "robots.keys"]
+
+    def ignored(self):
+        """Frames that the daemon ignores on all its links together: (unsigned, badly signed or of
+        robots without a key)."""
+        links = [it["counters"] for it in
+                 json.loads(self.call("pheromonectl", "links", "--json"))["links"]]
+        return (sum(it["unsigned_frames"] for it in links),
+                sum(it["wrong_signatures"] + it["unknown_robots"] for it in links))
+
     def poses(self):
         """(link, id) -> (x, y) of all robots that the daemon knows and has a pose of."""
         clients = json.loads(self.call("pheromonectl", "clients", "--json"))["clients"]
@@ -96,6 +109,51 @@ class LabDaemonTest(unittest.TestCase):
         for (link, number), at in self.poses().items():
             robot = (int(link[-1]) - 1) * ON_A_LINK + number - 1
             self.assertLess(min(math.dist(at, place) for place in tracks[robot]), 0.002, robot)
+
+    def test_signed_robots_are_served_and_unsigned_ones_are_not(self):
+        keys = self.make_keys(ON_A_LINK)
+        addresses = self.serve(*keys)
+        with subprocess.Popen(
+                [BIN / "pheromone-swarm", "lab", "run", SCENARIO, "--daemon", addresses, *keys],
+                cwd=self.folder, text=True, stdout=subprocess.PIPE) as run:
+            try:
+                wait_until(lambda: len(self.poses()) == ROBOTS, "the daemon knows all robots")
+                self.call("pheromonectl", "command", "lab-2", "7", "halt")   # and its ACK
+                self.call("pheromonectl", "halt")  # to all, with the groups' keys
+                wait_until(lambda: self.halted() == ROBOTS, "all robots halt")
+            finally:
+                run.send_signal(signal.SIGINT)
+            output, _ = run.communicate(timeout=DEADLINE_S)
+        self.assertEqual(run.returncode, 0)
+        measures = dict(line.split() for line in output.splitlines())
+        self.assertGreater(float(measures["answers_per_s"]), 0)
+        self.assertEqual(self.ignored(), (0, 0))
+        # Robots of two links have the same key, and not the same nonce.
+        self.assertEqual((self.folder / "robots.keys.starts").read_text(), "2\n")
+        arguments = ["run", SCENARIO, "--daemon", addresses, "--set", "run.duration_s=2"]
+        self.assertIn("300 of 300 robots received no answer", self.refused(*arguments, status=1))
+        self.assertGreater(self.ignored()[0], 0)
+        # With other keys.
+        (self.folder / "robots.keys").unlink()
+        self.make_keys(ON_A_LINK)
+        self.assertIn("300 of 300 robots received no answer",
+                      self.refused(*arguments, *keys, status=1))
+        self.assertGreater(self.ignored()[1], 0)
+
+    def halted(self):
+        clients = json.loads(self.call("pheromonectl", "clients", "--json"))["clients"]
+        return sum(it["state"]["is"] == "halted" for it in clients)
+
+    def test_keys_that_do_not_fit_are_told(self):
+        keys = self.make_keys(ON_A_LINK - 1)
+        self.assertIn("--keys: robots.keys: robot 150 has no key", self.refused(
+            "run", SCENARIO, "--daemon", "127.0.0.1:5001-5002", *keys))
+        self.assertIn("--keys requires --daemon", self.refused("run", SCENARIO, *keys))
+        self.assertFalse((self.folder / "robots.keys.starts").exists())
+        (self.folder / "robots.keys").unlink()
+        keys = self.make_keys(ON_A_LINK)
+        self.assertIn("the daemon does not sign, expected security", self.refused(
+            "run", SCENARIO, "--daemon", self.serve(), *keys, status=1))
 
     def test_another_configuration_is_told(self):
         for setting, told in (("map.width_m=20", "another map, on which a robot is off it"),

@@ -25,14 +25,25 @@ BIN = pathlib.Path(sys.argv.pop(1)).resolve()
 
 class OwnRobotTest(unittest.TestCase):
     def test_it_follows_the_path_and_obeys(self):
+        self.drive({}, [])
+
+    def test_with_a_key_it_does_so_on_a_signed_link(self):
+        self.drive({"security": "require", "keys": "robots.keys"}, ["robot-7.key"])
+
+    def drive(self, security, more):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         folder = pathlib.Path(temporary.name)
-        write_config(folder, default_config(BIN) + link("udp", "udp", listen="127.0.0.1:0"))
+        write_config(folder, default_config(BIN) + link("udp", "udp", listen="127.0.0.1:0",
+                                                         **security))
+        for words in (("new", "7"), ("export", "7", "--robot", "robot-7.key")):
+            subprocess.run([BIN / "pheromonectl", "keys", *words, "--file", "robots.keys"],
+                           cwd=folder, capture_output=True, check=True)
         daemon = OperatedDaemon(BIN, folder)
         self.addCleanup(daemon.kill)
-        robot = subprocess.Popen([BIN / "own_robot", f"udp:127.0.0.1:{daemon.udp_port()}", "7"],
-                                 stdout=subprocess.PIPE, text=True)
+        robot = subprocess.Popen(
+            [BIN / "own_robot", f"udp:127.0.0.1:{daemon.udp_port()}", "7", *more],
+            cwd=folder, stdout=subprocess.PIPE, text=True)
         self.addCleanup(robot.wait)
         self.addCleanup(robot.stdout.close)
         self.addCleanup(robot.kill)
@@ -77,8 +88,9 @@ class OwnRobotTest(unittest.TestCase):
         robot.send_signal(signal.SIGINT)
         self.assertEqual(robot.wait(timeout=20), 0)
 
-    def test_what_is_no_address_or_id_is_told(self):
-        for arguments in (["udp:nowhere"], ["udp:127.0.0.1:4951", "0"], ["udp:127.0.0.1:4951", "300"]):
+    def test_what_is_no_address_id_or_key_is_told(self):
+        for arguments in (["udp:nowhere"], ["udp:127.0.0.1:4951", "0"], ["udp:127.0.0.1:4951", "300"],
+                          ["udp:127.0.0.1:4951", "7", "nowhere.key"]):
             done = subprocess.run([BIN / "own_robot", *arguments], text=True, capture_output=True,
                                   check=False, timeout=60)
             self.assertEqual((done.returncode, done.stdout), (2, ""))

@@ -53,6 +53,26 @@ class OwnSwarmTest(unittest.TestCase):
             self.assertGreater(float(along), 0.3)
             self.assertGreaterEqual(int(answers), answers_at_least)
 
+    def test_robots_with_keys_drive_where_they_are_required(self):
+        subprocess.run([BIN / "pheromonectl", "keys", "new", *"123456", "--file", "robots.keys"],
+                       cwd=self.folder, check=True, capture_output=True)
+        signed = ROUNDS + 'security = "require"\nkeys = "robots.keys"\n'
+        self.serve(self.config.replace('path = "radio-a.pty"', signed + 'path = "radio-a.pty"', 1))
+        keys = ("--keys", "robots.keys")
+        self.assert_all_drive(self.run_swarm("--robots", 6, "--seconds", 8, *keys), 6)
+        live = [BIN / "pheromone-swarm", "live", "--modem", "radio-a.pty", "--medium-access",
+                "--config", "test.toml", "--seconds", "3", "--out", "live"]
+        for words, status in (([], 1), (["--id", "6", *keys], 0), (["--id", "7", *keys], 2)):
+            result = subprocess.run([*live, *words], cwd=self.folder, text=True,
+                                    capture_output=True, timeout=PATIENCE_S, check=False)
+            self.assertEqual(result.returncode, status, result)
+        self.assertIn("--keys: robots.keys: robot 7 has no key", result.stderr)
+        self.assertEqual((self.folder / "robots.keys.starts").read_text(), "2\n")
+        self.assertIn("expected --daemon or --robots",
+                      self.run_swarm("x.toml", *keys, status=2).stderr)
+        self.assertIn("received no answer",
+                      self.run_swarm("--robots", 2, "--seconds", 3, status=1).stderr)
+
     def test_robots_drive_on_the_servers_path_in_rounds(self):
         self.serve(self.config.replace('path = "radio-a.pty"', ROUNDS + 'path = "radio-a.pty"', 1))
         result = self.run_swarm("--robots", 6, "--seconds", 8, "--out", "out")

@@ -1,9 +1,22 @@
 #include "protocol/crc16.h"
 
+#include "protocol/signing.h"
+
+#if defined(__AVR__) && PHEROMONE_SIGNING
+#include <util/crc16.h>
+#endif
+
 namespace pheromone {
 namespace protocol {
 
-#ifdef __AVR__
+#if defined(__AVR__) && PHEROMONE_SIGNING
+
+// In a quarter of the time of what is below, so that after a coded ROUND is still time for its tag.
+uint16_t Crc16Update(uint16_t crc, uint8_t byte) {
+  return _crc16_update(crc, byte);
+}
+
+#elif defined(__AVR__)
 
 // Bit by bit, as it is defined: a third of the size of what is below, and still a hundred times
 // faster than the radio.

@@ -3,6 +3,7 @@
 #include "protocol/crc16.h"
 #include "protocol/fields.h"
 #include "protocol/messages.h"
+#include "protocol/signing.h"
 
 namespace pheromone {
 namespace protocol {
@@ -85,6 +86,9 @@ FrameParser::Result FrameParser::TakeCoded(uint8_t byte) {
   const uint8_t answers = data[kCountsAt] & 0x0Fu;
   const uint8_t turns = static_cast<uint8_t>(data[kCountsAt] >> 4);
   size_ = static_cast<uint8_t>(2 + kHeader + kAnswerSize * answers + turns + 2);
+  if (kHasSigning && size_ + kSignatureToAll <= 2 + kCodedColumns * rows && Judge() == kCrcError) {
+    size_ = static_cast<uint8_t>(size_ + kSignatureToAll);  // it may be signed
+  }
   return size_ > 2 + kCodedColumns * rows ? kCrcError : Judge();
 }
 

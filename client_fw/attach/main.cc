@@ -24,6 +24,7 @@
 #include "client_fw/attach/servers.h"
 #include "client_fw/boards/host/plane_pose.h"
 #include "client_fw/boards/host/real_time.h"
+#include "client_fw/keys/robot_key.h"
 #include "server/base/command_line.h"
 #include "server/base/number_check.h"
 #include "server/base/program.h"
@@ -41,6 +42,7 @@ struct Options {
   std::optional<uint32_t> modem_baud;
   std::array<double, 3> start{};  // x, y in m, heading in degrees
   client::Parameters client;
+  std::string key;  // a file
   double seconds = 0;
   double status_s = 0;
 };
@@ -102,6 +104,19 @@ int Run(const Options& options) {
   const auto [x_m, y_m, heading_deg] = options.start;
   attach.client.start = client::ToClientPose({x_m, y_m, heading_deg * std::numbers::pi / 180});
   attach.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
+  keys::RobotKey key;
+  if (!options.key.empty()) {
+    Result<keys::RobotKey> taken = keys::TakeKey(options.key);
+    if (!taken.ok()) {
+      return Fail(kProgram, "--key: " + taken.error(), kWrongInput);
+    }
+    key = taken.value();
+    attach.client.key = key.bytes.data();
+    attach.client.boot_counter = key.start;
+    if (key.open_to_others) {
+      SayLine(0, fmt::format("{}: others may read or change it, expected mode 600", options.key));
+    }
+  }
   attach.client.baud = modem_baud;
   const bool serial = modem.kind == Address::Kind::kSerial;
   // Networks, and modems of this robot alone, deliver late and in pieces.
@@ -170,6 +185,9 @@ int Main(int argc, char** argv) {
                "The robot has no bumpers, and their bits mean nothing");
   app.add_flag("--lay-trail", client.lay_trail, "Deposit the pheromone while driving");
   app.add_flag("--wide", client.wide, "Send 32-bit coordinates, for large maps");
+  app.add_option("--key", options.key,
+                 "Sign frames with the key in this file, 32 hexadecimal digits, and ignore what "
+                 "the server does not sign");
   app.add_option("--robot-baud", options.robot_baud, "Bit rate of the robot's port (default: 9600)")
       ->check(CLI::IsMember(Rates()));
   app.add_option("--modem-baud", options.modem_baud,

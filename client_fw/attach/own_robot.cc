@@ -1,7 +1,8 @@
 // A robot of your own, on a computer that reaches the server: give Wheels your motors and your
 // encoders. As it is, it drives on paper.
 //
-//   own_robot udp:127.0.0.1:4951 7         the server's UDP link, and the robot's ID
+//   own_robot udp:127.0.0.1:4951 7         the server's UDP link, and the robot's ID; if the link
+//                                          has security, also the file with its key: robot-7.key
 //   pheromonectl command LINK 7 resume     until then it stands
 //
 // Ctrl-C stops the wheels, and then the program.
@@ -20,6 +21,7 @@
 #include "client_fw/boards/host/host_board.h"
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/core/robot.h"
+#include "client_fw/keys/robot_key.h"
 #include "server/base/say_line.h"
 
 using namespace pheromone::client;
@@ -71,6 +73,16 @@ int main(int argc, char** argv) {
   parameters.buffered_link = true, parameters.gap_timeout_ms = 0, parameters.rounds = false;
   parameters.type = 2;                          // the pheromone "path"
   parameters.start = Pose{5000, 3000, 0xF800};  // on the map: mm, and the angle
+  pheromone::keys::RobotKey key;
+  if (argc > 3) {
+    auto taken = pheromone::keys::TakeKey(argv[3]);
+    if (!taken.ok()) {
+      std::fprintf(stderr, "own_robot: %s\n", taken.error().c_str());
+      return 2;
+    }
+    key = taken.value();
+    parameters.key = key.bytes.data(), parameters.boot_counter = key.start;
+  }
 
   pheromone::attach::Connection server(address.value());
   HostBoard board;

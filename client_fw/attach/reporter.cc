@@ -162,10 +162,11 @@ std::string Reporter::Status() const {
 std::string Reporter::Summary(int64_t now_ms) const {
   const client::Counters& counters = robot_->conversation().counters();
   return fmt::format(
-      "{} requests, {} answers, {} timeouts, {} late answers, {} errors, {} fail-safe stops; lost "
+      "{} requests, {} answers, {} timeouts, {} late answers, {} forged, {} errors, {} fail-safe "
+      "stops; lost "
       "the robot {} times and the modem {} times; longest time without an answer {:.3f} s",
       counters.requests, counters.answers, counters.timeouts, counters.late_answers,
-      counters.errors, counters.fail_safe_stops, robot_port_->losses(),
+      counters.forged, counters.errors, counters.fail_safe_stops, robot_port_->losses(),
       servers_->connection().losses(), static_cast<double>(silences_.longest_ms(now_ms)) / 1000);
 }
 

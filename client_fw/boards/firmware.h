@@ -14,6 +14,9 @@
 //   bool ram_was_kept();                            the last reset was warm
 //   bool load_settings(uint8_t* to, uint8_t size);  as they were saved last; false if never. To be
 //                                                   called once, before save_settings.
+//   bool load_key(uint8_t* to);                     16 bytes, the robot's key for signed frames;
+//                                                   false: it signs nothing. Not called by images
+//                                                   with PHEROMONE_SIGNING=0
 //   uint16_t diagnostic(kResetCause);               a set of ResetCause
 //   bool saved();                                   what was to be saved is
 //   uint16_t saves();                               counts what was ever saved on this board
@@ -80,6 +83,10 @@ __attribute__((noreturn)) void RunFirmware(Board* board, WarmMemory* memory) {
     memory->has_track = false;
   }
   parameters.boot_counter = requests->nonce;
+#if PHEROMONE_SIGNING
+  static uint8_t key[protocol::kAesBlock];
+  parameters.key = board->load_key(key) ? key : nullptr;
+#endif
   parameters.id = board->id();
   parameters.baud = board->radio_baud();
   board->set_keying(parameters.ptt_lead_ms, parameters.ptt_tail_ms);

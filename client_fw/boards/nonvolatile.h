@@ -58,6 +58,9 @@ class Nonvolatile {
     return found;
   }
 
+  /// If Load has found nothing: the version before the first one, which is 0 otherwise.
+  void BeginBehind(uint16_t version) { record_.version = version; }
+
   /// Copies the payload and begins to write it; a write in progress is abandoned.
   void Save(const uint8_t* from) {
     if (left_ == 0) {

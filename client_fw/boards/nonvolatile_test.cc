@@ -124,6 +124,20 @@ TEST_F(NonvolatileTest, WhatWasSavedIsFoundAfterTheNextStart) {
   EXPECT_EQ(second.payload, Filled(9));
 }
 
+TEST_F(NonvolatileTest, NumbersMayBeginAnywhereAndGoOnFromThere) {
+  for (const uint16_t behind : {uint16_t{41'000}, uint16_t{65'535}}) {
+    FakeEeprom::Erase(0xFF);
+    Payload payload{};
+    Memory first;
+    ASSERT_FALSE(first.Load(payload.data()));
+    first.BeginBehind(behind);
+    first.Save(payload.data());
+    Finish(&first);
+    EXPECT_EQ(first.version(), static_cast<uint16_t>(behind + 1));
+    EXPECT_EQ(Boot(payload).memory.version(), static_cast<uint16_t>(behind + 2));
+  }
+}
+
 TEST_F(NonvolatileTest, SavingReturnsBeforeItWritesAndWritesAByteATurn) {
   Boot boot(Filled(7));
   const auto before = FakeEeprom::cells;

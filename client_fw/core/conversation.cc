@@ -12,8 +12,10 @@ namespace {
 constexpr uint8_t kHalfFirstHelloMs = 50;
 constexpr uint8_t kLongestWindowMs = 255;  // that a server can announce
 constexpr uint8_t kHelloDoublings = 3;
+constexpr uint8_t kSeldomHelloDoublings = 7;
 constexpr uint8_t kSilentSlots = 200;       // without the server are too many for a crowd's noise
 constexpr uint16_t kTurnPatienceMs = 8000;  // without a turn the server has forgotten us
+constexpr uint16_t kSessionPatienceMs = 8000;  // without a signed frame, too
 constexpr uint16_t kLongestStepMs = 0x7FFF;
 
 // After a warm reset the memory goes on; otherwise it begins here.
@@ -33,6 +35,7 @@ RequestMemory* Continue(const Parameters& parameters, RequestMemory* memory) {
 
 Conversation::Conversation(const Parameters& parameters, RequestMemory* memory)
     : ConversationState(),
+      LinkSigning(parameters.key),
       medium_(parameters),
       behaviour_(parameters, Continue(parameters, memory)),
       memory_(memory) {
@@ -143,15 +146,19 @@ PHEROMONE_OUTLINED void Conversation::SayHello() {
   Greet(false);
   hello_attempt_ = 0;
   attempt_ = 0;
+  if (kHasSigning) {
+    signing()->GreetAnew();
+  }
 }
 
 void Conversation::WaitForHello() {
-  const uint8_t doublings = hello_attempt_;
+  const bool seldom = is_signed() && SavesHellos();
+  const uint8_t doublings = seldom ? uint8_t{kSeldomHelloDoublings} : hello_attempt_;
   if (hello_attempt_ < kHelloDoublings) {
     ++hello_attempt_;
   }
-  if (medium_.rounds()->left_ms() !=
-      0) {  // the server is there, and opens the channel now and then
+  // The server is there, and opens the channel now and then.
+  if (medium_.rounds()->left_ms() != 0 && !seldom) {
     Contend(MediumAccess::kBackOff);
     return;
   }
@@ -186,7 +193,8 @@ void Conversation::Rest() {
 // Long enough for every robot heard. If this is more than fail_safe_ms, robots drive for a part of
 // each period; with less, all would collide and hardly drive at all.
 uint16_t Conversation::NeededMs() const {
-  const uint32_t all_ms = ContentionPeriodMs(medium_.state(), parameters().baud);
+  const uint8_t added = is_signed() ? uint8_t{2 * protocol::kSignature} : uint8_t{0};
+  const uint32_t all_ms = ContentionPeriodMs(medium_.state(), parameters().baud, added);
   return all_ms < kLongestStepMs ? static_cast<uint16_t>(all_ms) : kLongestStepMs;
 }
 
@@ -223,6 +231,9 @@ void Conversation::HearServer() {
   timers_[kContacted] = HasTurns()                                ? kTurnPatienceMs
                         : patience_ms > parameters().fail_safe_ms ? patience_ms
                                                                   : parameters().fail_safe_ms;
+  if (kHasSigning) {
+    timers_[kSpokenTo] = kSessionPatienceMs;
+  }
 }
 
 }  // namespace client

@@ -23,6 +23,9 @@
 //
 // Tags are read and written beside that: Ask (tag_exchange.h).
 //
+// With a key, everything is signed, and what the server has not signed is ignored
+// (conversation_signing.cc).
+//
 // Times are milliseconds of a clock that may wrap. After a pause of
 // the loop the robot stops and sends HELLO, as after a silence. Nothing is allocated; one instance
 // belongs to one loop (not to interrupts). Malformed and foreign frames are counted and otherwise
@@ -49,7 +52,7 @@ namespace client {
 
 constexpr uint8_t kMaxRetries = 5;
 
-class Conversation : private ConversationState {
+class Conversation : private ConversationState, private LinkSigning {
  public:
   /// `memory` must outlive the conversation.
   Conversation(const Parameters& parameters, RequestMemory* memory);
@@ -161,6 +164,16 @@ class Conversation : private ConversationState {
   void DropPending();
   void SendAck();
 
+  // Signing: conversation_signing.cc.
+  LinkSigning* signing() { return this; }
+  bool is_signed() const { return on(); }
+  uint8_t SignatureOf(const FrameView& frame, uint8_t* signature);
+  bool Unsign(const FrameView& frame, uint8_t* length);
+  void FollowRound(const uint8_t* data, uint8_t length);
+  void OnGreeting(const FrameView& frame);
+  bool SavesHellos() const;
+  bool NumberHello();
+
   // Receiving: conversation_receive.cc.
   void OnFrame();
   void OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length);
@@ -198,6 +211,13 @@ class Conversation : private ConversationState {
     }
   }
   void HearServer();
+#if PHEROMONE_SIGNING
+  void HearServerOfOthers();
+#else
+  void HearServerOfOthers() {
+    HearServer();
+  }
+#endif
 
   MediumAccess medium_;
   Behaviour behaviour_;

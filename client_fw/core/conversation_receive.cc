@@ -23,7 +23,10 @@ void Conversation::OnFrame() {
   const uint8_t* const data = parser.body() + 2;
   const uint8_t id = parser.body()[0];
   const uint8_t opcode = parser.body()[1];
-  const uint8_t length = static_cast<uint8_t>(parser.size() - 4);
+  uint8_t length = static_cast<uint8_t>(parser.size() - 4);
+  if (is_signed() && !Unsign({id, opcode, data, length}, &length)) {
+    return;
+  }
   if (opcode == protocol::kRound && id == protocol::kBroadcastId) {
     OnRound(data, length);
   } else if (id != parameters().id) {
@@ -43,7 +46,7 @@ void Conversation::OnFrame() {
 void Conversation::OnForeign(uint8_t id, uint8_t opcode, const uint8_t* data, uint8_t length) {
   Count(&Counters::heard);
   if (protocol::IsFromServer(opcode) && !HasTurns()) {
-    HearServer();  // it is there, though it has not heard us
+    HearServerOfOthers();  // it is there, though it has not heard us
   }
   if (opcode == protocol::kCommand && id == protocol::kBroadcastId && length == 2 &&
       data[1] == static_cast<uint8_t>(protocol::CommandCode::kHalt)) {

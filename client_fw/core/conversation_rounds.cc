@@ -14,7 +14,7 @@ void Conversation::OnRound(const uint8_t* data, uint8_t length) {
   Count(&Counters::rounds);
   timers_[kPause] = 0;  // the server is there
   if (!HasTurns()) {
-    HearServer();
+    HearServerOfOthers();
   }
   if (in_turn_) {
     in_turn_ = false;

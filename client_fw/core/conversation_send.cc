@@ -10,6 +10,10 @@ void Conversation::Begin(const Odometry* odometry) {
   uint8_t data[4];
   phase_ = Phase::kAwaiting;
   if (!requests_.greeted) {
+    if (is_signed() && !signing()->second_hello_due() && !NumberHello()) {
+      WaitForHello();
+      return;
+    }
     protocol::PutU16(data, memory_->nonce);
     data[2] = parameters().firmware_version;
     data[3] = RoundPeriod();
@@ -46,8 +50,14 @@ void Conversation::Send(uint8_t opcode, const uint8_t* data, uint8_t length) {
   protocol::FrameWriter writer(wire);
   writer.Put(parameters().id);
   writer.Put(opcode);
+  uint8_t signature[LinkSigning::kLongest];
+  const uint8_t added =
+      is_signed() ? SignatureOf({parameters().id, opcode, data, length}, signature) : uint8_t{0};
   for (; length != 0; --length) {
     writer.Put(*data++);
+  }
+  for (uint8_t i = 0; i < added; ++i) {
+    writer.Put(signature[i]);
   }
   tx_size_ = static_cast<uint8_t>(writer.Finish() - tx_);
   asked_opcode_ = opcode;

@@ -12,15 +12,25 @@
 #include "client_fw/core/base/moment.h"
 #include "client_fw/core/requests/request_memory.h"
 #include "client_fw/core/requests/tag_exchange.h"
+#include "client_fw/core/signing/link_signing.h"
 #include "protocol/fields.h"
+#include "protocol/frame.h"
 #include "protocol/opcodes.h"
+#include "protocol/signing.h"
 
 namespace pheromone {
 namespace client {
 
+/// DATA of a client has room for so many bytes, without what signing adds.
+constexpr uint8_t kMaxSignedData = protocol::kMaxData - protocol::kSignature;
+
 /// The longest frame of a client: TRACE_WIDE, or SYMBOL, with only DLE bytes. Radio buffers have
 /// this size.
-constexpr uint8_t kMaxClientFrame = 4 + 2 * ((kHasTags ? kMaxTagRequest : kMaxPending) + 4);
+constexpr uint8_t kMaxClientFrame =
+    4 + 2 * ((!kHasTags     ? kMaxPending + (kHasSigning ? protocol::kSignature : 0)
+              : kHasSigning ? protocol::kMaxData
+                            : kMaxTagRequest) +
+             4);
 
 struct RequestState {           // plain memory: all zero
   bool greeted;                 ///< HELLO has been answered by a compatible server
@@ -39,7 +49,8 @@ class ConversationState {
     kWindow,     ///< kAwaiting: our answer may still begin
     kPeriod,     ///< until the next period begins
     kPause,      ///< before HELLO is sent again
-    kTimers
+    kSpokenTo,   ///< with signing: since the server's last frame to us, or turn, that it has signed
+    kTimers = kSpokenTo + (kHasSigning ? 1 : 0)
   };
 
   // Offsets in the DATA of HELLO's answer.

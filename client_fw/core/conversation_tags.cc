@@ -76,6 +76,11 @@ bool IsFinal(protocol::Reason reason) {
 }  // namespace
 
 void Conversation::Ask(TagExchange* exchange) {
+  if (is_signed() && exchange->message.length > kMaxSignedData) {
+    exchange->state = TagExchange::kRefused;
+    exchange->reason = protocol::Reason::kBadLength;
+    return;
+  }
   exchange->state = TagExchange::kAsked;
   exchange->is_pending = false;
   exchange_ = exchange;

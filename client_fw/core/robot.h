@@ -83,7 +83,9 @@ class Robot {
     conversation_.behaviour()->OnDrive(drive_->status());
     Odometry odometry = {0, 0, 0};
     const bool known = drive_->odometry(&odometry);
-    conversation_.Poll(now_ms, known ? &odometry : nullptr, board_->channel_busy());
+    // Verifying a ROUND takes a while, and then a turn may be due.
+    const Moment polled_ms = kHasSigning ? board_->millis() : now_ms;
+    conversation_.Poll(polled_ms, known ? &odometry : nullptr, board_->channel_busy());
     task_.Step(now_ms, known ? &odometry : nullptr, &conversation_);
     while (put_ < conversation_.tx_size() && board_->radio_put(conversation_.tx()[put_])) {
       ++put_;

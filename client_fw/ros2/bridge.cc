@@ -30,10 +30,10 @@ constexpr int64_t kPartingMs = 300;  // for the last zero speeds to arrive
 
 class Bridge {
  public:
-  Bridge(const BridgeOptions& options, Node* node)
+  Bridge(const BridgeOptions& options, const keys::RobotsKeys& robots_keys, Node* node)
       : options_(options), node_(node), server_(node, options, &reports_) {
     for (const RobotEntry& entry : options.robots) {
-      robots_.emplace_back(node, options, entry, &server_);
+      robots_.emplace_back(node, options, robots_keys, entry, &server_);
     }
     if (options.localisation == Localisation::kTf && !robots_.empty()) {
       frames_ = node->Subscribe<TFMessage>("/tf", Quality::kFrames);
@@ -126,10 +126,10 @@ class Bridge {
 
 }  // namespace
 
-Status RunBridge(const BridgeOptions& options, const Discovery& discovery,
-                 const volatile std::sig_atomic_t* stop) {
+Status RunBridge(const BridgeOptions& options, const keys::RobotsKeys& robots_keys,
+                 const Discovery& discovery, const volatile std::sig_atomic_t* stop) {
   PHEROMONE_TRY(const std::unique_ptr<Node> node, Node::Create(discovery, options.distro));
-  Bridge bridge(options, node.get());
+  Bridge bridge(options, robots_keys, node.get());
   PHEROMONE_TRY_STATUS(node->status());
   SayLine(0, fmt::format("node /pheromone in domain {}", discovery.domain));
   bridge.Run(stop);

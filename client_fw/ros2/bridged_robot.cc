@@ -22,13 +22,18 @@ namespace {
 constexpr int kMaxReads = 16;
 constexpr float kUnit = 4096;
 
-client::Parameters ParametersOf(const BridgeOptions& options, const RobotEntry& entry) {
+client::Parameters ParametersOf(const BridgeOptions& options, const keys::RobotsKeys& robots_keys,
+                                const RobotEntry& entry) {
   client::Parameters parameters = options.client;
   parameters.id = entry.id;
   if (entry.start) {
     parameters.start = ToClientPose(*entry.start);
   }
   parameters.boot_counter = static_cast<uint16_t>(std::random_device{}());
+  if (!robots_keys.keys.empty()) {
+    parameters.key = robots_keys.keys.at(entry.id).data();
+    parameters.boot_counter = robots_keys.first_start;
+  }
   parameters.buffered_link = true;  // networks deliver late
   parameters.gap_timeout_ms = 0;
   parameters.rounds = false;
@@ -37,12 +42,13 @@ client::Parameters ParametersOf(const BridgeOptions& options, const RobotEntry& 
 
 }  // namespace
 
-BridgedRobot::BridgedRobot(Node* node, const BridgeOptions& options, const RobotEntry& entry,
+BridgedRobot::BridgedRobot(Node* node, const BridgeOptions& options,
+                           const keys::RobotsKeys& robots_keys, const RobotEntry& entry,
                            ServerThread* server)
     : options_(options),
       entry_(entry),
       server_(server),
-      robot_(ParametersOf(options, entry), options.track_m,
+      robot_(ParametersOf(options, robots_keys, entry), options.track_m,
              entry.start ? PoseSource::kStart : PoseSource::kMap),
       servers_(options.servers, entry.id) {
   const std::string below = "/" + entry.name_space;

@@ -1,7 +1,7 @@
 // A robot of pheromone-ros2: its topics below NAMESPACE, its way to the server, and the RosRobot
 // between them.
 //
-//   BridgedRobot robot(node, options, options.robots[0], &server);
+//   BridgedRobot robot(node, options, robots_keys, options.robots[0], &server);
 //   robot.OnTransform("map", "tb1/odom", transform);       // of /tf, if that is used
 //   robot.Turn(now_ms);                                    // every millisecond
 //   poll(robot.descriptor(), robot.poll_events())
@@ -15,6 +15,7 @@
 #include <string>
 
 #include "client_fw/attach/servers.h"
+#include "client_fw/keys/robots_keys.h"
 #include "client_fw/ros2/node.h"
 #include "client_fw/ros2/options.h"
 #include "client_fw/ros2/robot_report.h"
@@ -25,9 +26,10 @@ namespace pheromone::ros2 {
 
 class BridgedRobot {
  public:
-  /// All outlive it. `server` takes its orders.
-  BridgedRobot(Node* node, const BridgeOptions& options, const RobotEntry& entry,
-               ServerThread* server);
+  /// All outlive it. `robots_keys` has the robot's, or is empty: it does not sign. `server` takes
+  /// its orders.
+  BridgedRobot(Node* node, const BridgeOptions& options, const keys::RobotsKeys& robots_keys,
+               const RobotEntry& entry, ServerThread* server);
   BridgedRobot(const BridgedRobot&) = delete;
   BridgedRobot& operator=(const BridgedRobot&) = delete;
 

@@ -1,6 +1,7 @@
 // pheromone-ros2: joins robots of ROS 2 with a pheromone server.
 //
-// Exit status: 0 ended as told; 1 DDS cannot start; 2 the command line or the environment is wrong.
+// Exit status: 0 ended as told; 1 DDS cannot start; 2 the command line, the environment or the file
+// with keys is wrong.
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
@@ -12,6 +13,7 @@
 #include <CLI/CLI.hpp>
 
 #include "client_fw/boards/host/real_time.h"
+#include "client_fw/keys/robots_keys.h"
 #include "client_fw/ros2/bridge.h"
 #include "client_fw/ros2/environment.h"
 #include "client_fw/ros2/options.h"
@@ -97,6 +99,9 @@ int Main(int argc, char** argv) {
   app.add_option("--link", options.link,
                  "The name of the server's link that --server leads to, for goals, and for the "
                  "frames of robots that a tracker sees");
+  app.add_option("--keys", options.keys,
+                 "Sign frames with the robots' keys in this file, which is like the server's, and "
+                 "ignore what it has not signed");
   app.add_option("--pose", words.pose,
                  "Where poses on the map come from: start, tf, amcl (default: start)")
       ->check(CLI::IsMember({"start", "tf", "amcl"}));
@@ -126,7 +131,7 @@ int Main(int argc, char** argv) {
   }
   std::vector<std::string> for_robots;
   for (const char* name : {"--pose", "--track", "--stamped", "--type", "--speed", "--period",
-                           "--fail-safe", "--lay-trail"}) {
+                           "--fail-safe", "--lay-trail", "--keys"}) {
     if (app.count(name) > 0) {
       for_robots.emplace_back(name);
     }
@@ -138,8 +143,12 @@ int Main(int argc, char** argv) {
   if (!discovery.ok()) {
     return Fail(kProgram, discovery.error(), kWrongInput);
   }
+  const Result<keys::RobotsKeys> robots_keys = TakeRobotsKeys(options);
+  if (!robots_keys.ok()) {
+    return Fail(kProgram, robots_keys.error(), kWrongInput);
+  }
   std::signal(SIGPIPE, SIG_IGN);
-  const Status run = RunBridge(options, discovery.value(), StopOnSignals());
+  const Status run = RunBridge(options, robots_keys.value(), discovery.value(), StopOnSignals());
   return run.ok() ? 0 : Fail(kProgram, run.error(), kFailed);
 }
 

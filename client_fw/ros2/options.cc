@@ -8,6 +8,7 @@
 #include <numbers>
 #include <set>
 #include <system_error>
+#include <utility>
 
 #include "client_fw/attach/servers.h"
 
@@ -133,6 +134,18 @@ Status CheckOptions(const BridgeOptions& options, const std::vector<std::string>
         client.speed_mm_s, client.speed_mm_s * client.fail_safe_ms / 1000, client::kMaxBlindMm)};
   }
   return Ok();
+}
+
+Result<keys::RobotsKeys> TakeRobotsKeys(const BridgeOptions& options) {
+  if (options.keys.empty()) {
+    return keys::RobotsKeys{};
+  }
+  std::set<uint8_t> ids;
+  for (const RobotEntry& robot : options.robots) {
+    ids.insert(robot.id);
+  }
+  Result<keys::RobotsKeys> taken = keys::TakeKeys(options.keys, ids);
+  return taken.ok() ? std::move(taken) : Error{"--keys: " + taken.error()};
 }
 
 }  // namespace pheromone::ros2

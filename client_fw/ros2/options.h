@@ -9,6 +9,7 @@
 
 #include "client_fw/attach/address.h"
 #include "client_fw/core/steering/parameters.h"
+#include "client_fw/keys/robots_keys.h"
 #include "client_fw/ros2/node.h"
 #include "client_fw/ros2/ros_robot.h"
 #include "server/base/result.h"
@@ -49,6 +50,7 @@ struct BridgeOptions {
   Allowed allowed;
   std::string socket;  ///< of the server, for maps and orders; empty: none
   std::string link;    ///< the server's name of the link over which the robots reach it
+  std::string keys;    ///< a file, as the server has it; empty: frames are not signed
 };
 
 /// "NAMESPACE:ID" or "NAMESPACE:ID:X,Y,DEGREES". Errors name the part, and what was expected.
@@ -57,5 +59,9 @@ Result<RobotEntry> ParseRobot(const std::string& text);
 /// What is wrong with values that are right one by one. An option without effect is an error;
 /// `for_robots` are those that were given and are about robots.
 Status CheckOptions(const BridgeOptions& options, const std::vector<std::string>& for_robots = {});
+
+/// Of options that are right, the robots' keys; none without a file. Each call counts a start.
+/// Errors: those of keys::TakeKeys.
+Result<keys::RobotsKeys> TakeRobotsKeys(const BridgeOptions& options);
 
 }  // namespace pheromone::ros2

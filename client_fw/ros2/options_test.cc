@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <string>
+
+#include "server/base/testing/temporary_folder.h"
 
 namespace pheromone::ros2 {
 namespace {
@@ -76,6 +80,24 @@ TEST(RosOptions, OptionForRobotsWithoutARobotIsAnError) {
   EXPECT_EQ(Wrong(options), "");
   EXPECT_EQ(CheckOptions(options, {"--track"}).error(), "--track is for robots, expected --robot");
   EXPECT_TRUE(CheckOptions(OneRobot(), {"--track", "--stamped"}).ok());
+}
+
+TEST(RosOptions, KeysAreTakenForAllRobots) {
+  const TemporaryFolder folder;
+  BridgeOptions options = OneRobot();
+  EXPECT_TRUE(TakeRobotsKeys(options).value().keys.empty());
+  options.keys = (folder / "robots.keys").string();
+  EXPECT_EQ(TakeRobotsKeys(options).error().find("--keys: "), 0u);
+  std::ofstream(options.keys) << "1 000102030405060708090a0b0c0d0e0f\n";
+  std::filesystem::permissions(options.keys, std::filesystem::perms::owner_read);
+  const keys::RobotsKeys taken = TakeRobotsKeys(options).value();
+  EXPECT_EQ(taken.keys.at(1)[15], 15);
+  EXPECT_EQ(taken.first_start, 1);
+  options.robots.push_back(ParseRobot("tb2:9:0,0,0").value());
+  EXPECT_EQ(TakeRobotsKeys(options).error(),
+            "--keys: " + options.keys + ": robot 9 has no key, expected a line \"9 KEY\"");
+  options.robots.pop_back();
+  EXPECT_EQ(TakeRobotsKeys(options).value().first_start, 2);
 }
 
 TEST(RosOptions, RobotsDifferInNamespaceAndId) {

@@ -8,13 +8,18 @@
 #include <vector>
 
 #include "client_fw/core/medium/medium_access.h"
+#include "protocol/signing.h"
 
 namespace pheromone::swarm {
 namespace {
 
 constexpr int64_t kStepMs = 50;
 constexpr double kRoundsShare = 1.2;  // of PeakRate
-constexpr double kGapShare = 0.9;     // of the fail-safe time; the rest is for lost frames
+// A request has a signature. A ROUND has one, and ten answers at most, so there are more of them:
+// 13 robots at 9600 baud were answered 30 times a second, which makes it four bytes for an answer.
+constexpr ExchangeSize kSignedExchange{kSenseExchange.request + protocol::kSignature,
+                                       kSenseExchange.answer + 4};
+constexpr double kGapShare = 0.9;  // of the fail-safe time; the rest is for lost frames
 
 double MsToS(int64_t ms) {
   return static_cast<double>(ms) / 1000;
@@ -24,7 +29,9 @@ double MsToS(int64_t ms) {
 
 int64_t LeastPeriodMs(const ChannelLoad& load) {
   if (load.access == LinkKind::kMediumAccess) {
-    return std::llround(load.robots * 1000 / (kRoundsShare * load.timing.PeakRate(kSenseExchange)));
+    const double peak_rate =
+        load.timing.PeakRate(load.is_signed ? kSignedExchange : kSenseExchange);
+    return std::llround(load.robots * 1000 / (kRoundsShare * peak_rate));
   }
   client::MediumState medium{};  // of a robot that has heard all others
   medium.window_ms = load.window_ms;

@@ -26,6 +26,7 @@ struct ChannelLoad {
   int64_t period_ms = 200;
   int64_t fail_safe_ms = 480;
   LinkKind access = LinkKind::kBuffered;
+  bool is_signed = false;     ///< frames are longer
   ChannelTiming timing = {};  ///< for contention, only the baud rate
   // What the server announces; for contention. A link without medium_access, if not configured:
   uint8_t window_ms = static_cast<uint8_t>(links::LinkConfig().response_window_ms);

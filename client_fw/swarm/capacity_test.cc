@@ -49,6 +49,22 @@ TEST(CapacityTest, TellsWhoNeverStoppedFromWhoDid) {
   EXPECT_EQ(WhyItDoesNotFit(patient), "");
 }
 
+TEST(CapacityTest, SignaturesTakeTime) {
+  // 19 bytes and 16, each 10 bits at 9600 baud, and two turnarounds; 1.2 times as many.
+  ChannelLoad load = Measured(LinkKind::kMediumAccess, 16);
+  load.is_signed = true;
+  EXPECT_NEAR(static_cast<double>(LeastPeriodMs(load)), 16 * (35 * 10 / 9.6 + 2 * 2) / 1.2, 1);
+  EXPECT_FALSE(Fits(load));  // 16 with keys had 15 times as many stops as without
+  load.fail_safe_ms = 700;
+  EXPECT_TRUE(Fits(load));
+  load = Measured(LinkKind::kMediumAccess, 13);  // each stopped every two seconds with keys
+  EXPECT_TRUE(Fits(load));
+  load.is_signed = true;
+  EXPECT_FALSE(Fits(load));
+  load.robots = 12;
+  EXPECT_TRUE(Fits(load));
+}
+
 TEST(CapacityTest, ALinkWithoutMediumAccessHoldsThree) {
   // Each takes 28 ms for 26 bytes, the window of 100 ms, and two slots of 1 ms: 130 ms.
   EXPECT_EQ(LeastPeriodMs({.robots = 12}), 12 * 130 - 2);

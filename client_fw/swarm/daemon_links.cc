@@ -11,11 +11,14 @@
 #include <charconv>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
 #include "client_fw/boards/host/real_time.h"
+#include "client_fw/lab/scenario/tree.h"
 #include "protocol/decoder.h"
+#include "protocol/signing.h"
 #include "server/core/field/geometry.h"
 
 namespace pheromone::swarm {
@@ -102,11 +105,18 @@ Result<std::vector<DaemonAddress>> ParseAddresses(std::span<const std::string> t
   return addresses;
 }
 
-std::string DaemonConfig(const config::Value& tree, std::span<const DaemonAddress> addresses) {
+std::string DaemonConfig(const config::Value& tree, std::span<const DaemonAddress> addresses,
+                         const std::string& keys_file) {
+  config::Value keys;
+  keys.kind = config::Value::Kind::kString;
+  keys.text = keys_file;
   std::string text = lab::TomlOfTables(tree, kTables) + kDashboard;
   for (size_t i = 0; i < addresses.size(); ++i) {
     text += fmt::format("\n[[link]]\nname = \"lab-{}\"\nkind = \"udp\"\nlisten = \"{}\"\n", i + 1,
                         ToText(addresses[i]));
+    if (!keys_file.empty()) {
+      text += fmt::format("security = \"require\"\nkeys = {}\n", lab::TomlOf(keys));
+    }
   }
   return text;
 }
@@ -132,7 +142,8 @@ DaemonLinks::DaemonLinks(const lab::LabScenario& scenario)
 }
 
 Result<std::shared_ptr<DaemonLinks>> DaemonLinks::Open(std::span<const DaemonAddress> addresses,
-                                                       const lab::LabScenario& scenario) {
+                                                       const lab::LabScenario& scenario,
+                                                       const std::string& keys_file) {
   std::shared_ptr<DaemonLinks> daemon(new DaemonLinks(scenario));
   const size_t robots = daemon->heard_.size();
   PHEROMONE_TRY_STATUS(CheckRoom(scenario, addresses.size()));
@@ -143,7 +154,27 @@ Result<std::shared_ptr<DaemonLinks>> DaemonLinks::Open(std::span<const DaemonAdd
     daemon->links_.push_back(
         {ToText(address), connected.first, std::move(connected.second), false});
   }
+  if (!keys_file.empty()) {
+    std::set<uint8_t> ids;
+    for (size_t i = 0; i < std::min(robots, daemon->robots_of_link_); ++i) {
+      ids.insert(static_cast<uint8_t>(1 + i));
+    }
+    Result<keys::RobotsKeys> taken = keys::TakeKeys(keys_file, ids, static_cast<uint16_t>(used));
+    if (!taken.ok()) {
+      return Error{"--keys: " + taken.error()};
+    }
+    daemon->keys_ = std::move(taken).value();
+  }
   return daemon;
+}
+
+lab::RobotSigning DaemonLinks::signing(size_t robot) const {
+  if (!is_signed()) {
+    return {};
+  }
+  const auto id = static_cast<uint8_t>(1 + robot % robots_of_link_);
+  return {keys_.keys.at(id).data(),
+          static_cast<uint16_t>(keys_.first_start + robot / robots_of_link_)};
 }
 
 Status DaemonLinks::Exchange(int64_t now_ms, std::span<const lab::RobotMessage> sent,
@@ -238,7 +269,7 @@ Status DaemonLinks::Receive(size_t link, std::vector<lab::RobotMessage>* receive
   return status;
 }
 
-Status DaemonLinks::Check(const Link& link, const protocol::Message& message) const {
+Status DaemonLinks::Check(const Link& link, const protocol::Message& received) const {
   const auto differs = [&](const std::string& found, const std::string& expected) {
     return Error{
         fmt::format("{}: the daemon has {}, expected {} as the scenario has: pheromone-swarm "
@@ -246,6 +277,12 @@ Status DaemonLinks::Check(const Link& link, const protocol::Message& message) co
                     link.address, found, expected)};
   };
   protocol::ErrorAnswer error;
+  if (is_signed() && Decode(received, &error)) {
+    return Error{link.address +
+                 ": the daemon does not sign, expected security = \"require\": pheromone-swarm "
+                 "lab config --keys prints its configuration"};
+  }
+  const protocol::Message message = is_signed() ? protocol::WithoutSignature(received) : received;
   if (Decode(message, &error) && error.reason == protocol::Reason::kOffTheMap) {
     return differs("another map, on which a robot is off it", "the map");
   }

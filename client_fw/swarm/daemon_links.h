@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "client_fw/keys/robots_keys.h"
 #include "client_fw/lab/firmware/server.h"
 #include "client_fw/lab/scenario/scenario.h"
 #include "server/base/descriptor.h"
@@ -37,19 +38,25 @@ std::string ToText(const DaemonAddress& address);
 Result<std::vector<DaemonAddress>> ParseAddresses(std::span<const std::string> texts);
 
 /// A configuration of pheromoned for a scenario: the tables that it has in common with it, the
-/// dashboard, and its links at these addresses. `tree` is the scenario's.
-std::string DaemonConfig(const config::Value& tree, std::span<const DaemonAddress> addresses);
+/// dashboard, and its links at these addresses. `tree` is the scenario's. The links require signing
+/// with the keys in `keys_file`, unless that is empty.
+std::string DaemonConfig(const config::Value& tree, std::span<const DaemonAddress> addresses,
+                         const std::string& keys_file = "");
 
 /// Errors: links for fewer robots.
 Status CheckRoom(const lab::LabScenario& scenario, size_t links);
 
 class DaemonLinks final : public lab::Server {
  public:
-  /// Robots are spread evenly over the links. Errors: too few links, an unknown host.
+  /// Robots are spread evenly over the links. They sign with the keys of their IDs in `keys_file`,
+  /// unless that is empty; a start is counted for each link, since all use the same keys. Errors:
+  /// too few links, an unknown host, those of keys::TakeKeys.
   static Result<std::shared_ptr<DaemonLinks>> Open(std::span<const DaemonAddress> addresses,
-                                                   const lab::LabScenario& scenario);
+                                                   const lab::LabScenario& scenario,
+                                                   const std::string& keys_file = "");
 
   size_t robots_of_link() const override { return robots_of_link_; }
+  lab::RobotSigning signing(size_t robot) const override;
   /// Errors: nothing listens there; of the daemon's configuration, what HELLO's answers or a
   /// refusal show to be another one than the scenario's.
   Status Exchange(int64_t now_ms, std::span<const lab::RobotMessage> sent,
@@ -72,7 +79,8 @@ class DaemonLinks final : public lab::Server {
   Status Send(size_t link, std::span<const lab::RobotMessage> messages);
   Status Flush(Link* link);
   Status Receive(size_t link, std::vector<lab::RobotMessage>* received);
-  Status Check(const Link& link, const protocol::Message& message) const;
+  Status Check(const Link& link, const protocol::Message& received) const;
+  bool is_signed() const { return !keys_.keys.empty(); }
 
   const field::FieldConfig& field_;
   const uint16_t pose_unit_10um_;
@@ -80,6 +88,7 @@ class DaemonLinks final : public lab::Server {
   uint16_t types_ = 0;  // that robots follow, bit by bit
   size_t robots_of_link_ = 1;
   std::vector<Link> links_;
+  keys::RobotsKeys keys_;
   std::vector<uint8_t> heard_;  // a robot: something was sent to it
   links::DatagramReader reader_;
   links::DatagramWriter writer_;

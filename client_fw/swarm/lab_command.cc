@@ -38,6 +38,7 @@ struct LabOptions {
   int threads = 1;
   std::string summary;
   std::vector<std::string> daemon;  // addresses of its links; none: the engine in this process
+  std::string keys;                 // a file, for --daemon; empty: frames are not signed
   LabOutputOptions outputs;
   std::optional<double> every_s;
 };
@@ -88,7 +89,7 @@ Result<std::shared_ptr<DaemonLinks>> OpenDaemon(const LabOptions& options,
                                                 const lab::LabScenario& scenario) {
   PHEROMONE_TRY(const std::vector<DaemonAddress> addresses, ParseAddresses(options.daemon));
   PHEROMONE_TRY_STATUS(CheckForDaemon(options, scenario));
-  return DaemonLinks::Open(addresses, scenario);
+  return DaemonLinks::Open(addresses, scenario, options.keys);
 }
 
 int RunOne(const LabOptions& options) {
@@ -240,7 +241,7 @@ int PrintConfig(const LabOptions& options) {
   if (const Status room = CheckRoom(scenario.value(), addresses.value().size()); !room.ok()) {
     return Fail(room.error(), kWrongInput);
   }
-  fmt::print("{}", DaemonConfig(tree.value(), addresses.value()));
+  fmt::print("{}", DaemonConfig(tree.value(), addresses.value(), options.keys));
   return 0;
 }
 
@@ -271,10 +272,18 @@ void AddLabCommand(CLI::App* app, int* status) {
         ->delimiter(',')
         ->type_name("HOST:PORT[,HOST:PORT...]");
   };
+  const auto add_keys = [&](CLI::App* to, const std::string& description) {
+    return to->add_option("--keys", options->keys, description)->type_name("FILE");
+  };
   add_set(run);
-  add_daemon(run,
-             "In real time, with a running server: the addresses of its links of kind \"udp\", "
-             "one for each 254 robots; HOST:FIRST-LAST for ports in a row");
+  CLI::Option* daemon =
+      add_daemon(run,
+                 "In real time, with a running server: the addresses of its links of kind \"udp\", "
+                 "one for each 254 robots; HOST:FIRST-LAST for ports in a row");
+  add_keys(run,
+           "With --daemon: sign frames with the robots' keys in this file, which is like the "
+           "server's; robots of all links with the same ID have the same")
+      ->needs(daemon);
   run->add_option("--seed", options->seed, "Replace the seed of the file")->type_name("N");
   run->add_option("--threads", options->threads,
                   "That share the work; the results are the same (default: 1)")
@@ -318,6 +327,7 @@ void AddLabCommand(CLI::App* app, int* status) {
           "pheromones and paths, and links");
   add_set(config);
   add_daemon(config, "The addresses of the links, as for run")->required();
+  add_keys(config, "Links that require signing with the keys in this file");
   config->callback([options, status] { *status = PrintConfig(*options); });
 }
 

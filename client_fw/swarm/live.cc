@@ -1,8 +1,11 @@
 #include "client_fw/swarm/live.h"
 
+#include <fmt/format.h>
 #include <poll.h>
 
 #include <cassert>
+#include <set>
+#include <span>
 
 #include "client_fw/boards/host/real_time.h"
 
@@ -12,6 +15,33 @@ namespace {
 constexpr int64_t kNsPerMs = 1'000'000;
 
 }  // namespace
+
+Result<keys::RobotsKeys> SignWith(const std::string& keys_file, SwarmConfig* config) {
+  if (keys_file.empty()) {
+    return keys::RobotsKeys{};
+  }
+  const std::span<RobotConfig> robots =
+      config->robots.empty() ? std::span(&config->robot, 1) : std::span(config->robots);
+  std::set<uint8_t> ids;
+  for (const RobotConfig& robot : robots) {
+    if (!robot.image.empty()) {
+      return Error{fmt::format("--keys: robot {} runs an image, whose key is in its EEPROM",
+                               robot.client.id)};
+    }
+    const bool is_new = ids.insert(robot.client.id).second;
+    assert(is_new);
+    static_cast<void>(is_new);
+  }
+  Result<keys::RobotsKeys> taken = keys::TakeKeys(keys_file, ids);
+  if (!taken.ok()) {
+    return Error{"--keys: " + taken.error()};
+  }
+  for (RobotConfig& robot : robots) {
+    robot.client.key = taken.value().keys.at(robot.client.id).data();
+    robot.client.boot_counter = taken.value().first_start;
+  }
+  return taken;  // where the keys are does not change when it is moved
+}
 
 LiveSwarm::LiveSwarm(const SwarmConfig& config, const std::vector<std::string>& ports,
                      int64_t adapter_ns)

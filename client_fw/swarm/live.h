@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "client_fw/keys/robots_keys.h"
 #include "client_fw/swarm/port_modem.h"
 #include "client_fw/swarm/swarm.h"
 #include "server/base/result.h"
@@ -28,6 +29,11 @@ namespace pheromone::swarm {
 
 /// The gap timeout of robots on a port: the system may delay bytes.
 constexpr uint8_t kBufferedGapMs = 50;
+
+/// Has robots sign with the keys of their IDs in this file, as the server has it; empty: they do
+/// not. Their IDs differ, as a start is counted once for all. What it returns outlives them.
+/// Errors: those of keys::TakeKeys; a robot runs an image.
+Result<keys::RobotsKeys> SignWith(const std::string& keys_file, SwarmConfig* config);
 
 class LiveSwarm {
  public:

@@ -39,6 +39,7 @@ struct LiveOptions {
   int speed_mm_s = 300;
   client::Law law = client::Settings().law;
   int id = 1;
+  std::string keys;  // a file; empty: frames are not signed
   bool medium_access = false;
 };
 
@@ -137,7 +138,10 @@ int RunLiveCommand(const LiveOptions& options) {
   swarm.robot.client.rounds = options.medium_access;
   swarm.robot.client.gap_timeout_ms = kBufferedGapMs;
   swarm.robot.start = StartBeside(path);
-
+  const Result<keys::RobotsKeys> robots_keys = SignWith(options.keys, &swarm);
+  if (!robots_keys.ok()) {
+    return Fail(robots_keys.error(), kWrongInput);
+  }
   LiveSwarm live(swarm, {options.modem});
   if (const Status opened = live.Open(); !opened.ok()) {
     return Fail(opened.error(), kFailed);
@@ -204,6 +208,10 @@ void AddLiveCommand(CLI::App* app, int* status) {
   live_command->add_option("--id", options->id, "Robot ID (default: 1)")
       ->check(WholeNumber(1, 254))
       ->type_name("ID");
+  live_command
+      ->add_option("--keys", options->keys,
+                   "Sign frames with the robot's key in this file, which is like the server's")
+      ->type_name("FILE");
   live_command->add_flag("--medium-access", options->medium_access,
                          "The server's link has medium_access = true, so the robot takes turns");
   live_command->callback([options, status] { *status = RunLiveCommand(*options); });

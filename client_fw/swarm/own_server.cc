@@ -135,6 +135,7 @@ Status SetPeriod(const SwarmWish& wish, RobotGroup* group, OwnSwarm* swarm) {
   const int channels = swarm->scenario.channels;
   ChannelLoad& load = swarm->load;
   load.robots = (wish.robots + channels - 1) / channels;
+  load.is_signed = wish.is_signed;
   load.period_ms = wish.period_s ? std::llround(*wish.period_s * 1000) : group->client.period_ms;
   load.fail_safe_ms = std::max<int64_t>(group->client.fail_safe_ms, 2 * load.period_ms);
   if (!wish.period_s && !Fits(load)) {

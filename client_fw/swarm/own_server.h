@@ -27,6 +27,7 @@ struct SwarmWish {
   /// Between requests; none: 0.2 s, or longer if the links do not hold so many robots.
   std::optional<double> period_s = {};
   double seconds = 0;  ///< 0: until it is stopped
+  bool is_signed = false;
 };
 
 /// A virtual modem of the server that is up.

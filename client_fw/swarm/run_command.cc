@@ -33,6 +33,7 @@ struct RunOptions {
   SwarmWish wish{.robots = 0};  // or so many for one's own server
   std::optional<uint64_t> seed;
   std::vector<std::string> ports;  // of a daemon; none: an engine in process
+  std::string keys;                // a file; empty: frames are not signed
   bool medium_access = false;
   std::string out;
 };
@@ -110,7 +111,7 @@ Result<SwarmRecord> RunAgainstDaemon(const Task& task, const RunOptions& options
   }
   StatusLine line;
   StopReason reason(load);
-  Result<SwarmRecord> record = RunScenarioLive(scenario, options.ports, load.access,
+  Result<SwarmRecord> record = RunScenarioLive(scenario, options.ports, options.keys, load.access,
                                                StopOnSignals(), [&](const LiveSwarm& live) {
                                                  line.Show(live);
                                                  reason.Show(live.swarm());
@@ -176,8 +177,9 @@ Result<Task> TaskOf(RunOptions* options) {
     return TaskForServer(options);
   }
   PHEROMONE_TRY(Scenario scenario, LoadScenario(options->file));
-  const ChannelLoad load =
+  ChannelLoad load =
       LoadOf(scenario, options->medium_access ? LinkKind::kMediumAccess : LinkKind::kBuffered);
+  load.is_signed = options->wish.is_signed;
   return Task{std::move(scenario), load};
 }
 
@@ -189,6 +191,11 @@ int Run(RunOptions options) {
                              "pheromone-swarm run --robots 12 drives on your running server",
                 kWrongInput);
   }
+  if (!options.keys.empty() && options.ports.empty() && !own_server) {
+    return Fail("--keys: a run in virtual time has no signed links, expected --daemon or --robots",
+                kWrongInput);
+  }
+  options.wish.is_signed = !options.keys.empty();
   Result<Task> task = TaskOf(&options);
   if (!task.ok()) {
     return Fail(task.error(), own_server ? kFailed : kWrongInput);
@@ -271,6 +278,11 @@ void AddRunCommand(CLI::App* app, int* status) {
           ->check(TerminalDevice())
           ->type_name("PORT[,PORT...]")
           ->excludes(robots);
+  command
+      ->add_option("--keys", options->keys,
+                   "With --daemon or --robots: sign frames with the robots' keys in this file, "
+                   "which is like the server's")
+      ->type_name("FILE");
   command
       ->add_flag("--medium-access", options->medium_access,
                  "With --daemon: its links have medium_access = true, so robots take turns")

@@ -15,8 +15,9 @@ constexpr size_t kAdapterBytes = 62;  // it does not hold back more
 
 radio::ChannelOptions OptionsOf(const engine::LinkSettings& announced,
                                 const sim::RadioMedium& medium, int64_t turnaround_ns,
-                                const ServerTiming& timing) {
+                                const ServerTiming& timing, signing::Signing* signing) {
   radio::ChannelOptions options;
+  options.signing = signing;
   options.gap_timeout_ms = kGapTimeoutMs;
   options.half_duplex = true;
   options.timing.byte = Time(medium.byte_ns());
@@ -35,11 +36,11 @@ radio::ChannelOptions OptionsOf(const engine::LinkSettings& announced,
 
 ServerStation::ServerStation(engine::Service* service, engine::LinkIndex link,
                              const engine::LinkSettings& announced, sim::RadioMedium* medium,
-                             const ServerTiming& timing)
+                             const ServerTiming& timing, signing::Signing* signing)
     : service_(service),
       medium_(medium),
       timing_(timing),
-      channel_(OptionsOf(announced, *medium, medium->default_turnaround_ns(), timing),
+      channel_(OptionsOf(announced, *medium, medium->default_turnaround_ns(), timing, signing),
                [](const protocol::Message&) {}),
       number_(medium->AddStation(this, timing.keyed ? std::optional<int64_t>(0) : std::nullopt)),
       link_(link) {}

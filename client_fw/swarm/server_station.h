@@ -17,6 +17,7 @@
 #include "client_fw/sim/radio_medium.h"
 #include "server/core/engine/service/service.h"
 #include "server/robots/radio/channel.h"
+#include "server/robots/signing/signing.h"
 
 namespace pheromone::swarm {
 
@@ -34,10 +35,10 @@ class ServerStation final : public sim::Station {
  public:
   /// The server's modem joins `medium` as its next station, for the engine's link `link`, which
   /// announces `announced`. `service` and `medium` outlive the station, and the station the
-  /// medium's last event.
+  /// medium's last event. `signing`: of this link; null: it is not signed.
   ServerStation(engine::Service* service, engine::LinkIndex link,
                 const engine::LinkSettings& announced, sim::RadioMedium* medium,
-                const ServerTiming& timing);
+                const ServerTiming& timing, signing::Signing* signing = nullptr);
 
   void OnByte(uint8_t byte, int64_t time_ns) override;
   void OnTransmitted(int64_t /*time_ns*/) override {}

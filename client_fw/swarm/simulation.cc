@@ -1,27 +1,58 @@
 #include "client_fw/swarm/simulation.h"
 
+#include <algorithm>
 #include <cassert>
+#include <cstdint>
+#include <random>
+#include <span>
 
 namespace pheromone::swarm {
 namespace {
 
 constexpr uint16_t kEpoch = 1;
 
+// Of a simulation, so repeatable.
+signing::Signing::Random RandomBytes(uint64_t seed) {
+  return [random = std::mt19937_64(seed)](std::span<uint8_t> bytes) mutable {
+    std::generate(bytes.begin(), bytes.end(), [&] { return static_cast<uint8_t>(random()); });
+  };
+}
+
 }  // namespace
 
 Simulation::Simulation(const SimulationConfig& config)
-    : service_(&log_, [this] {
-        const auto now_ms = static_cast<uint64_t>(swarm_ ? this->now_ms() : 0);
-        return engine::ClockReading{now_ms, static_cast<int64_t>(now_ms)};
-      }) {
+    : service_(&log_,
+               [this] {
+                 const auto now_ms = static_cast<uint64_t>(swarm_ ? this->now_ms() : 0);
+                 return engine::ClockReading{now_ms, static_cast<int64_t>(now_ms)};
+               }),
+      keys_(config.keys) {
   assert(config.engine.links.size() >= config.channels);
   const auto configured = service_.Configure(config.engine, kEpoch);
   assert(configured.ok());
   (void)configured;
-  swarm_.emplace(config, [&](size_t channel, sim::RadioMedium* medium) {
+  swarm_.emplace(Signed(config), [&](size_t channel, sim::RadioMedium* medium) {
+    if (!keys_.empty()) {
+      signing_.emplace_back(signing::Security::kRequire, keys_,
+                            RandomBytes(config.signing_seed + channel));
+    }
     stations_.emplace_back(&service_, static_cast<engine::LinkIndex>(channel),
-                           config.engine.links[channel], medium, config.server);
+                           config.engine.links[channel], medium, config.server,
+                           keys_.empty() ? nullptr : &signing_.back());
   });
+}
+
+SwarmConfig Simulation::Signed(const SimulationConfig& config) {
+  SwarmConfig swarm = static_cast<const SwarmConfig&>(config);
+  const auto sign = [this](RobotConfig* robot) {
+    const auto key = keys_.find(robot->client.id);
+    if (key != keys_.end() && robot->image.empty()) {
+      robot->client.key = key->second.data();
+    }
+  };
+  sign(&swarm.robot);
+  std::for_each(swarm.robots.begin(), swarm.robots.end(), [&](RobotConfig& it) { sign(&it); });
+  return swarm;
 }
 
 void Simulation::RunTo(int64_t ms) {

@@ -20,12 +20,18 @@
 #include "client_fw/swarm/swarm.h"
 #include "server/core/engine/service/ordered_log.h"
 #include "server/core/engine/service/service.h"
+#include "server/robots/signing/keys.h"
+#include "server/robots/signing/signing.h"
 
 namespace pheromone::swarm {
 
 struct SimulationConfig : SwarmConfig {
   engine::EngineConfig engine;  ///< at least `channels` links: channel i is link i
   ServerTiming server;
+  /// By the robots' IDs. If there are any, all channels require signed frames, and `client.key` of
+  /// each robot is set; not of those that run an image, whose keys are in their EEPROM.
+  signing::Keys keys;
+  uint64_t signing_seed = 1;  ///< of the server's nonces and group keys
 };
 
 class Simulation {
@@ -44,6 +50,8 @@ class Simulation {
   const sim::MobileRobot& robot(size_t index = 0) const { return swarm_->robot(index); }
   const sim::RadioMedium& medium(size_t channel = 0) const { return swarm_->medium(channel); }
   const ServerStation& server(size_t channel = 0) const { return stations_[channel]; }
+  /// Of a channel with signed frames.
+  const signing::Signing& signing(size_t channel = 0) const { return signing_[channel]; }
   uint64_t state_hash() const { return service_.StateHash(); }
   /// For an operator's actions: commands (see Issue), edits of the map, queries of the engine.
   engine::Service& service() { return service_; }
@@ -54,10 +62,14 @@ class Simulation {
   void AdvanceEngine();
   void Distribute(const std::vector<engine::Outgoing>& out);
 
+  SwarmConfig Signed(const SimulationConfig& config);
+
   engine::VolatileLog log_;
   engine::Service service_;
-  std::deque<ServerStation> stations_;  // one per channel; a deque, because media point to them
-  std::optional<Swarm> swarm_;          // made last, once the engine is configured
+  signing::Keys keys_;                    // robots point to them
+  std::deque<signing::Signing> signing_;  // one per channel, if they are signed
+  std::deque<ServerStation> stations_;    // one per channel; a deque, because media point to them
+  std::optional<Swarm> swarm_;            // made last, once the engine is configured
 };
 
 }  // namespace pheromone::swarm

@@ -38,6 +38,23 @@ TEST(Simulation, TheChannelCarriesWhatTheFramesWeigh) {
   EXPECT_LT(simulation.medium().Utilisation(), 5 * 30 * 10.0 / 9600);
 }
 
+TEST(Simulation, ASignedRobotObeysAndOneWithoutAKeyIsIgnored) {
+  SimulationConfig config = OnALine();
+  config.robots = {config.robot, config.robot};
+  config.robots[0].client.id = 1;
+  config.robots[1].client.id = 2;
+  config.keys = {{uint8_t{1}, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}}};
+  Simulation simulation(config);
+  simulation.RunTo(10'000);
+  EXPECT_GE(simulation.robot(0).counters().answers, 40u);
+  EXPECT_EQ(simulation.robot(0).counters().forged, 0u);
+  EXPECT_EQ(simulation.robot(1).counters().hello_answers, 0u);
+  EXPECT_GE(simulation.signing().counters().unknown_robots, 5u);
+  ASSERT_TRUE(simulation.Issue({0, 1, protocol::CommandCode::kHalt, {}}).ok());
+  simulation.RunTo(11'000);
+  EXPECT_EQ(simulation.robot(0).counters().commands, 1u);
+}
+
 TEST(Simulation, LostFramesAreCountedAndTheRobotRecovers) {
   SimulationConfig config = OnALine();
   config.radio.block_loss = 0.2;

@@ -2,7 +2,8 @@
 # the RV32IMC of ESP32-C3 and -C6, against stand-ins for the headers of their cores.
 #
 #   cmake -DLIBRARY=build/arduino/Pheromone -DSHIM=shim -DLX106=xtensa-lx106-elf-g++
-#         -DRV32=riscv64-unknown-elf-g++ -DTO=build/arduino/esp -P esp_compile_test.cmake
+#         -DRV32=riscv64-unknown-elf-g++ -DKEY=client_fw/boards/arduino/testing/key -DTO=build/arduino/esp
+#         -P esp_compile_test.cmake
 #
 # Arduino compiles the first as gnu++17, the second as gnu++2b, of which these compilers know most.
 set(flags -Os -Wall -Wextra -Werror -ffreestanding -fno-exceptions -fno-rtti -fno-threadsafe-statics
@@ -21,7 +22,7 @@ foreach(chip LX106 RV32)
     execute_process(COMMAND ${chip_${chip}} ${flags_here} ${source} COMMAND_ERROR_IS_FATAL ANY)
   endforeach()
   foreach(sketch WifiEsp32 WifiEsp8266)
-    execute_process(COMMAND ${chip_${chip}} ${flags} -include Arduino.h -x c++
+    execute_process(COMMAND ${chip_${chip}} ${flags} -I${KEY} -include Arduino.h -x c++
                             -c ${LIBRARY}/examples/${sketch}/${sketch}.ino -o ${TO}/${chip}.o
       COMMAND_ERROR_IS_FATAL ANY)
   endforeach()

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """A sketch for an ESP on this host against the real daemon's UDP link, in real time.
 
-    esp_test.py BIN_DIR SKETCH
+    esp_test.py BIN_DIR SKETCH [KEY_H]
 
 The robot waits for a resume, follows a path, stands when the daemon is frozen, and goes on. Settings
 told over the radio are in its EEPROM when it starts again, with another nonce. When it was not
 switched on but reset, it does not know where it is, and stands for twice as long as one that was
-switched on needed to drive on.
+switched on needed to drive on. With KEY_H, the sketch's, the link requires signing, which a
+sketch that cannot write to its EEPROM does not do.
 """
 
+import json
 import pathlib
 import signal
 import subprocess
@@ -18,15 +20,15 @@ import threading
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from operated_daemon import OperatedDaemon, await_that, check, write_config  # noqa: E402
-from operated_robot import OperatedRobot  # noqa: E402
+from operated_robot import OperatedRobot, signing  # noqa: E402
 from test_config import link, map_of, pheromone, table  # noqa: E402
 
 # The robot starts at (0, 0), facing along +x: 0.05 m beside a straight path.
 CONFIG = (map_of(12.0, 4.0, bias_m=0.1, origin_x_m=-1.0, origin_y_m=-2.0) + pheromone(1, "path")
           + table("[path]", name="line", pheromone="path", shape="polyline",
-                  points_m=[[0.0, 0.05], [10.5, 0.05]])
-          + link("udp", "udp", listen="127.0.0.1:0"))
+                  points_m=[[0.0, 0.05], [10.5, 0.05]]))
 START_RELEASED = 12
+FIRST_NONCE = 41_001  # of an EEPROM that is empty: shim/host.cc has no random numbers
 
 
 class Robot:
@@ -50,8 +52,14 @@ class Robot:
         check(self.process.wait(60) == 0, "the sketch failed")
 
 
-def run(bin_dir, program, folder):
-    write_config(folder, CONFIG)
+def unsigned_frames(daemon):
+    (udp,) = json.loads(daemon.call("GET", "/api/v1/links")[1])["links"]
+    return udp["counters"]["unsigned_frames"]
+
+
+def run(bin_dir, program, key_header, folder):
+    udp = link("udp", "udp", listen="127.0.0.1:0", **signing(key_header, folder))
+    write_config(folder, CONFIG + udp)
     daemon = OperatedDaemon(bin_dir, folder)
     operated = OperatedRobot(daemon, "udp")
     robots = []
@@ -64,6 +72,7 @@ def run(bin_dir, program, folder):
         robot = robots[-1]
         await_that(lambda: operated.known(), "it says HELLO")
         nonce = operated.known()["nonce"]
+        check(nonce == FIRST_NONCE, f"its first nonce is {nonce}")
         check(robot.x_m == 0, "it drives without having been resumed")
         operated.command("set", 7, 300)
         operated.command("resume")
@@ -95,6 +104,12 @@ def run(bin_dir, program, folder):
         await_that(lambda: robot.lines >= told + 2 * lines, "it prints where it stands")
         check((robot.x_m, robot.y_m) == (0, 0), f"it drives, to {robot.x_m}, {robot.y_m} m")
         robot.end()
+        if key_header is not None:
+            check(unsigned_frames(daemon) == 0, "it has sent unsigned frames")
+            robots.append(Robot(program, daemon.udp_port(), folder / "missing" / "eeprom"))
+            await_that(lambda: unsigned_frames(daemon) > 0,
+                       "it does not sign with a number that is not stored")
+            robots[-1].end()
         daemon.stop()
     finally:
         for process in [robot.process for robot in robots] + [daemon.process]:
@@ -104,11 +119,12 @@ def run(bin_dir, program, folder):
 
 
 def main():
-    if len(sys.argv) != 3:
+    if len(sys.argv) not in (3, 4):
         sys.exit(__doc__)
-    bin_dir, program = (pathlib.Path(word).resolve() for word in sys.argv[1:])
+    bin_dir, program = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
+    key_header = pathlib.Path(sys.argv[3]) if len(sys.argv) > 3 else None
     with tempfile.TemporaryDirectory() as folder:
-        run(bin_dir, program, pathlib.Path(folder))
+        run(bin_dir, program, key_header, pathlib.Path(folder))
 
 
 if __name__ == "__main__":

@@ -3,14 +3,27 @@
     operated = OperatedRobot(daemon, "udp")       # by its link
     operated.command("set", 7, 300)               # once it was obeyed
     operated.known()["nonce"]
+
+    link("udp", "udp", **signing(key_header, folder))   # a link for it; key_header None: unsigned
 """
 
 import json
 import pathlib
+import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from operated_daemon import await_that, check  # noqa: E402
+
+
+def signing(key_header, folder, robot=1):
+    """What a link of test_config.link has to have, for a robot with the key of that header."""
+    if key_header is None:
+        return {}
+    keys = folder / "robots.keys"
+    keys.touch(mode=0o600)
+    keys.write_text(f"{robot} {''.join(re.findall(r'0x(..)', key_header.read_text()))}\n")
+    return {"security": "require", "keys": keys.name}
 
 
 class OperatedRobot:

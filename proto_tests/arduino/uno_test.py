@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Images of Arduino's Uno in real time against the real daemon over a pty.
 
-    uno_test.py BIN_DIR ARDUINO_LIVE IMAGE encoders|steppers [CHANGES]
+    uno_test.py BIN_DIR ARDUINO_LIVE IMAGE encoders|steppers CHANGES [KEY_H]
 
-The robot follows a path. Then it is halted, told over the radio to deposit without a pause, and makes
-so many CHANGES (60) while bytes are lost both ways and its reset button is pressed: what a stranger
-then senses there is as many quanta as the robot has sent numbers. At last the supply is switched off
-and on: it has another nonce, and what it was told.
+The robot follows a path. Then it is halted, told over the radio to deposit without a pause, and
+makes so many CHANGES while bytes are lost both ways and its reset button is pressed: what a
+stranger then senses there is as many quanta as the robot has sent numbers. At last the supply is
+switched off and on: it has another nonce, and what it was told. With KEY_H, the image's, the link
+requires signing, and no number of HELLO is used twice.
 """
 
 import os
@@ -23,16 +24,18 @@ import tty
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from operated_daemon import OperatedDaemon, await_that, check, write_config  # noqa: E402
-from operated_robot import OperatedRobot  # noqa: E402
+from operated_robot import OperatedRobot, signing  # noqa: E402
 from stranger import wire  # noqa: E402
 from stranger.client import Client, Line  # noqa: E402
 from stranger.servers import connect, resolve  # noqa: E402
-from test_config import link, map_of, pheromone, pty, table  # noqa: E402
+from test_config import link, map_of, pheromone, table  # noqa: E402
 
 ROBOT = 1
 TRACE = 0x30
 MARKS = 2
 HELLO = 0x71
+MAX_STACK = 384  # bytes, beside what the budget tests allow for static memory
+SIGNED_HELLO = 2 + 4 + 6  # bytes of a first one: protocol/README.md, section 18
 QUANTUM = 0.002  # more than 1/4096, which is what the protocol can tell
 # The robot starts at (0, 0), facing along +x: 0.05 m beside a straight path. It deposits at one
 # node, and what is sensed there is the sum, since a core is larger than it.
@@ -40,7 +43,7 @@ CONFIG = (map_of(12.0, 4.0, bias_m=0.1, origin_x_m=-1.0, origin_y_m=-2.0) + pher
           + pheromone(MARKS, "marks", core_m=0.6, sigma_m=0.4, quantum=QUANTUM, maximum=7.5)
           + table("[path]", name="line", pheromone="path", shape="polyline",
                   points_m=[[0.0, 0.05], [10.5, 0.05]])
-          + pty("radio-a") + link("udp", "udp", listen="127.0.0.1:0"))
+          + link("udp", "udp", listen="127.0.0.1:0"))
 
 
 class Air(threading.Thread):
@@ -60,6 +63,7 @@ class Air(threading.Thread):
         self.last = None
         self.repeats = 0
         self.nonces = []
+        self.first_hellos = []  # nonce and number of signed ones
         self.answers = wire.Decoder()
         self.answered = None  # the last number
         self.start()
@@ -89,6 +93,8 @@ class Air(threading.Thread):
                 self.repeats += 1
         elif body[1] == HELLO:
             self.nonces.append(int.from_bytes(body[2:4], "little"))
+            if len(body) == SIGNED_HELLO:
+                self.first_hellos.append((body[2:4], body[6:8]))
 
     def lose(self, data):
         return bytes(byte for byte in data if self.random.random() >= self.loss)
@@ -115,8 +121,9 @@ class Robot:
         self.process.send_signal(which)
 
 
-def run(bin_dir, program, image, kind, changes, folder):
-    write_config(folder, CONFIG)
+def run(bin_dir, program, image, kind, changes, key_header, folder):
+    radio = link("radio-a", "pty", path="radio-a.pty", **signing(key_header, folder, ROBOT))
+    write_config(folder, CONFIG + radio)
     daemon = OperatedDaemon(bin_dir, folder)
     operated = OperatedRobot(daemon, "radio-a", ROBOT)
     robot = None
@@ -156,6 +163,7 @@ def run(bin_dir, program, image, kind, changes, folder):
             sensed = stranger.sense(pheromone=MARKS, x=x_mm, y=y_mm, heading=0)
         print(f"{air.numbers} changes, {air.repeats} repeated, {resets} resets, sensed {sensed}, "
               f"stack {robot.stack} bytes")
+        check(0 < robot.stack <= MAX_STACK, "its stack is too deep")
         check(set(air.nonces) == {1}, "a reset lost its memory")
         once_each = round(air.numbers * QUANTUM * 4096)
         check(sensed.left == sensed.right == once_each, f"not {once_each}: not once each")
@@ -163,6 +171,9 @@ def run(bin_dir, program, image, kind, changes, folder):
         robot.signal(signal.SIGUSR2)
         await_that(lambda: air.nonces[-1] != 1, "it boots")
         check(air.nonces[-1] > 1, "its boot number was used before")
+        await_that(lambda: operated.known()["nonce"] == air.nonces[-1], "the server greets it")
+        check(bool(air.first_hellos) == (key_header is not None), "signed, or not")
+        check(len(set(air.first_hellos)) == len(air.first_hellos), "a HELLO's number came twice")
         operated.command("set", 3, 1)
         numbers = air.numbers
         await_that(lambda: air.numbers > numbers, "its other settings are those it was told")
@@ -177,12 +188,13 @@ def run(bin_dir, program, image, kind, changes, folder):
 
 
 def main():
-    if len(sys.argv) not in (5, 6):
+    if len(sys.argv) not in (6, 7):
         sys.exit(__doc__)
     bin_dir, program, image = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
-    changes = int(sys.argv[5]) if len(sys.argv) > 5 else 60
+    key_header = pathlib.Path(sys.argv[6]) if len(sys.argv) > 6 else None
     with tempfile.TemporaryDirectory() as folder:
-        run(bin_dir, program, image, sys.argv[4], changes, pathlib.Path(folder))
+        run(bin_dir, program, image, sys.argv[4], int(sys.argv[5]), key_header,
+            pathlib.Path(folder))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@
 //  * ptys by turns alone and beside 20 viewers of the stream, two of which do not read
 //    (stream_viewers.h);
 //  * robots that roam and leave what evaporates, and the server's memory meanwhile;
+//  * SENSE on a link with keys, in turn with SENSE on those without;
 //  * the same for virtual RFID tags, nine and 10 000 of them: SCAN and READ in turn with SENSE,
 //    WRITE with TRACE;
 //  * with --disk, a folder on a real disk, all of TRACE again with a journal there, beside a bare
@@ -35,6 +36,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -94,6 +96,31 @@ void RunVolatile(const Options& options, Report* report) {
     }
   }
   measure.Roam(options.clients);
+}
+
+// A link with keys, in turn with one without.
+void RunSigned(const Options& options, Report* report) {
+  const TemporaryFolder folder;
+  const std::string keys_file = folder.string() + "/robots.keys";
+  std::ofstream keys(keys_file);
+  const int clients = std::min(options.clients, 254);  // with a key each
+  for (int id = 1; id <= clients; ++id) {
+    keys << id << ' ';
+    for (const uint8_t byte : BenchKey(static_cast<uint8_t>(id))) {
+      keys << fmt::format("{:02x}", byte);
+    }
+    keys << '\n';
+  }
+  keys.close();
+  std::filesystem::permissions(
+      keys_file, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  const Arena arena = MakeArena(folder.string(), kLinks,
+                                "[[link]]\nname = \"signed\"\nkind = \"udp\"\n"
+                                "listen = \"127.0.0.1:0\"\nsecurity = \"require\"\n"
+                                "keys = \"robots.keys\"\n");
+  const ServerProcess server(options.pheromoned, arena.config_file, {}, folder.string());
+  Measure("volatile", folder.string(), options.effort, arena, server, report)
+      .CompareSigned(clients);
 }
 
 // Ptys alone, and beside viewers of everything.
@@ -197,12 +224,13 @@ int Main(int argc, char** argv) {
   app.add_option("--pty-seconds", options.effort.pty_seconds, "Of each case with ptys");
   app.add_option("--roaming-seconds", options.effort.roaming_seconds, "Of robots that roam");
   app.add_option("--syncs", options.effort.syncs, "Of the bare disk");
-  app.add_option("--only", options.only,
-                 "Only these: volatile, stream, tags, durable (with --disk), operators, memory, "
-                 "cluster (with "
-                 "--disk); default: all but the last two")
+  app.add_option(
+         "--only", options.only,
+         "Only these: volatile, signed, stream, tags, durable (with --disk), operators, memory, "
+         "cluster (with "
+         "--disk); default: all but the last two")
       ->check(CLI::IsMember(
-          {"volatile", "stream", "tags", "durable", "operators", "memory", "cluster"}));
+          {"volatile", "signed", "stream", "tags", "durable", "operators", "memory", "cluster"}));
   app.add_option("--lasting-seconds", options.lasting_seconds, "Of a cluster's changes at the end");
   app.add_option("--operator-seconds", options.operators.seconds,
                  "Of robots alone, and of robots beside each of an operator's requests");
@@ -222,6 +250,9 @@ int Main(int argc, char** argv) {
   };
   if (wants("volatile")) {
     RunVolatile(options, &report);
+  }
+  if (wants("signed")) {
+    RunSigned(options, &report);
   }
   if (wants("stream")) {
     RunStream(options, &report);

@@ -66,6 +66,15 @@ void Measure::CompareUdp(Load what, int clients) {
           {name_, fmt::format("{} over UDP by {} clients", name, clients), clients});
 }
 
+void Measure::CompareSigned(int clients) {
+  const std::vector<uint16_t> ports(ports_.size(), server_.PortOf("signed"));
+  LoadOptions load{Load::kSense, clients, ports, effort_.seconds};
+  load.is_signed = true;
+  Row row{name_, fmt::format("signed SENSE over UDP by {} clients", clients), clients};
+  row.beside = "SENSE";
+  Compare(load, {Load::kSense, clients, ports_, effort_.seconds}, std::move(row));
+}
+
 void Measure::CompareTags(Load what, Load with, const TagSites& tags, int clients) {
   const char* const name = what == Load::kScan      ? "SCAN"
                            : what == Load::kTagRead ? "TAG READ"

@@ -36,6 +36,8 @@ class Measure {
 
   /// Over UDP, in turn with the echo; medians of the rounds.
   void CompareUdp(Load what, int clients);
+  /// SENSE on a signed link, in turn with SENSE on those that are not.
+  void CompareSigned(int clients);
   /// A load about tags in turn with SENSE or TRACE, as many rounds.
   void CompareTags(Load what, Load with, const TagSites& tags, int clients);
   /// At a modem's pace. `beside`: the concurrent load, for the report.

@@ -11,11 +11,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <memory>
 #include <random>
 #include <span>
 #include <string>
 #include <utility>
 
+#include "client_fw/core/signing/signing.h"
 #include "proto_tests/exchange_bench/given_up.h"
 #include "protocol/decoder.h"
 
@@ -52,6 +54,9 @@ class Clients {
   }
 
   LoadResult Run() {
+    if (options_.is_signed) {
+      Greet();
+    }
     if (Changes()) {
       SayHello();
     }
@@ -91,6 +96,8 @@ class Clients {
     size_t request_size = 0;
     std::array<uint8_t, protocol::kMaxFrame> request{};
     GivenUp given_up;
+    std::array<uint8_t, 16> key{};
+    std::shared_ptr<client::Signing> signing;
   };
 
   bool WritesTags() const {
@@ -175,6 +182,39 @@ class Clients {
     }
   }
 
+  // The sessions of signed clients; SENSE needs no more.
+  void Greet() {
+    std::random_device random;
+    for (Client& client : clients_) {
+      client.key = BenchKey(client.id);
+      client.signing = std::make_shared<client::Signing>(client.key.data());
+      protocol::Message hello;
+      protocol::Encode(protocol::HelloRequest{client.id, static_cast<uint16_t>(random()), 1, 0},
+                       &hello);
+      std::array<uint8_t, client::Signing::kLongest> signature{};
+      Append(signature, client.signing->SignHello(ViewOf(hello), 0, signature.data()), &hello);
+      const size_t size = AskUntilDone(&client, hello);
+      protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+      bool is_greeted = false;
+      decoder.PushBlock(buffer_.data(), size, 0, [&](const protocol::Message& message) {
+        is_greeted = client.signing->TakeAnswer(ViewOf(message));
+      });
+      if (!is_greeted) {
+        fmt::print(stderr, "exchange_bench: client {} has no session\n", client.id);
+        std::exit(1);
+      }
+    }
+  }
+
+  static client::FrameView ViewOf(const protocol::Message& message) {
+    return {message.id, message.opcode, message.data, message.length};
+  }
+
+  static void Append(std::span<const uint8_t> signature, uint8_t size, protocol::Message* message) {
+    std::copy_n(signature.begin(), size, message->data + message->length);
+    message->length = static_cast<uint8_t>(message->length + size);
+  }
+
   // Who writes on tags has a unique ID.
   void Register() {
     for (size_t i = 0; i < clients_.size(); ++i) {
@@ -201,8 +241,14 @@ class Clients {
     ++client->seq;
     switch (options_.load) {
       case Load::kEcho:
-      case Load::kSense:
-        return Send(client, arena_.Sense(client->id, client->pose));
+      case Load::kSense: {
+        protocol::Message message = arena_.Sense(client->id, client->pose);
+        if (client->signing != nullptr) {
+          std::array<uint8_t, client::Signing::kLongest> signature{};
+          Append(signature, client->signing->Sign(ViewOf(message), signature.data()), &message);
+        }
+        return Send(client, message);
+      }
       case Load::kTrace:
         return Send(client, arena_.Trace(client->id, client->pose, client->seq));
       case Load::kRoam:
@@ -256,8 +302,15 @@ class Clients {
     protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
     int frames = 0;
     bool right = false;
-    decoder.PushBlock(bytes.data(), bytes.size(), 0, [&](const protocol::Message& answer) {
+    decoder.PushBlock(bytes.data(), bytes.size(), 0, [&](protocol::Message answer) {
       ++frames;
+      if (client.signing != nullptr) {
+        const uint8_t size = client.signing->Verify(ViewOf(answer));
+        if (size == client::Signing::kForged) {
+          return;
+        }
+        answer.length = static_cast<uint8_t>(answer.length - size);
+      }
       right = IsAnswer(client.id, asked, answer);
     });
     return right && frames == 1;
@@ -307,6 +360,12 @@ class Clients {
 };
 
 }  // namespace
+
+std::array<uint8_t, 16> BenchKey(uint8_t id) {
+  std::array<uint8_t, 16> key{};
+  key.fill(id);
+  return key;
+}
 
 LoadResult RunLoad(const Arena& arena, const LoadOptions& options) {
   return Clients(arena, options).Run();

@@ -1,6 +1,7 @@
 // UDP clients that send as fast as they are answered, each with one request in flight.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -22,12 +23,16 @@ enum class Load {
   kTagWriteAll  ///< the same, on one tag after the other, until each has a block
 };
 
+/// Of a client on a signed link.
+std::array<uint8_t, 16> BenchKey(uint8_t id);
+
 struct LoadOptions {
   Load load = Load::kSense;
   int clients = 64;
   std::vector<uint16_t> ports;  ///< of the links; each takes the next 254 clients
   double seconds = 2;
   const TagSites* tags = nullptr;  ///< for those about tags
+  bool is_signed = false;          ///< SENSE: by clients with BenchKey
 };
 
 struct LoadResult {

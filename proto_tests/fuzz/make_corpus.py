@@ -3,9 +3,9 @@
 small pictures and arrays.
 
 Usage: make_corpus.py DIR      writes DIR/decoder/, DIR/message/, DIR/engine/, DIR/codec/,
-                               DIR/config/, DIR/journal/, DIR/maps/, DIR/tracker/, DIR/capture/,
-                               DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/, DIR/session/,
-                               DIR/etcd/, DIR/peer_wire/
+                               DIR/config/, DIR/journal/, DIR/keys/, DIR/maps/, DIR/tracker/,
+                               DIR/capture/, DIR/radio/, DIR/pnml/, DIR/stream/, DIR/http/, DIR/session/,
+                               DIR/etcd/, DIR/peer_wire/, DIR/signing/
 """
 
 import base64
@@ -318,8 +318,9 @@ def etcd_answers():
 
 
 def main(folder):
-    for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "maps", "tracker",
-                   "capture", "radio", "pnml", "stream", "http", "session", "etcd", "peer_wire"):
+    for fuzzer in ("decoder", "message", "engine", "codec", "config", "journal", "keys", "maps", "tracker",
+                   "capture", "radio", "pnml", "stream", "http", "session", "etcd", "peer_wire",
+                   "signing"):
         (folder / fuzzer).mkdir(parents=True, exist_ok=True)
     for name, body, wire in frames():
         # decoder: the gap timeout, then a pause before each byte.
@@ -353,6 +354,9 @@ def main(folder):
     (folder / "config" / "plain").write_bytes(b"\n".join(line for line in plain if line))
     for name, parser, file in rasters():
         (folder / "maps" / name).write_bytes(bytes([parser]) + file)
+    (folder / "keys" / "two").write_text("# ours\n7 " + "07" * 16 + " red\r\n\n254 " + "aF" * 16
+                                         + "# spare\n")
+    (folder / "keys" / "short").write_text("7 " + "07" * 15 + "\n")
     (folder / "tracker" / "pose").write_bytes(b"pose radio-a 7 2.35 0.9 -90\r\n\npose b 8 -1 .5 0")
     (folder / "tracker" / "gps").write_bytes(b"gps a 1 47.3769 8.5417 181.5\ngps a 2 0 -180 360 408")
     for name, session in engine_seeds.sessions():
@@ -361,6 +365,18 @@ def main(folder):
         (folder / "codec" / name).write_bytes(seed)
     for name, seed in channels():
         (folder / "radio" / name).write_bytes(seed)
+    # signing: a greeting and its answer; requests, COMMANDs and a halt to all; each given twice.
+    greeted = bytes([1, 0, 0, 4, 0, 0, 5, 1])
+    talk = b"".join(bytes([1, 1, 0x21, 6, 1, 2, 3, 4, 5, kind, 1, 2, 0x51, 2, kind, 1])
+                    for kind in range(4)) + bytes([1, 3, 0x51, 2, 9, 1])
+    given = b"".join(bytes([1, 4, which]) for which in range(12))
+    changed = b"".join(bytes([1, 6, which, which, 1]) for which in range(12))
+    for name, seed in (("once", greeted + talk + given), ("twice", greeted + talk + 2 * given),
+                       ("changed", greeted + talk + changed + given),
+                       ("restart", greeted + talk + given + bytes([1, 7]) + given + greeted + given),
+                       ("power", greeted + talk + bytes([1, 8]) + greeted + 2 * given),
+                       ("any", greeted + bytes([1, 9, 0, 0x21, 6, *range(6)]) + talk)):
+        (folder / "signing" / name).write_bytes(seed)
     for name, seed in viewers():
         (folder / "stream" / name).write_bytes(seed)
     for name, seed in http_requests():

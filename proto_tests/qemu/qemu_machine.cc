@@ -20,17 +20,24 @@ std::runtime_error SystemError(const std::string& what) {
 }
 
 // In the child, where nothing may allocate: all strings are made before the fork.
-[[noreturn]] void Become(const std::vector<std::string>& arguments,
+[[noreturn]] void Become(const std::string& folder, const std::vector<std::string>& arguments,
                          const std::vector<char*>& pointers) {
+  if (!folder.empty() && chdir(folder.c_str()) != 0) {
+    _exit(127);
+  }
   execv(arguments[0].c_str(), pointers.data());
   _exit(127);
 }
 
 }  // namespace
 
-QemuMachine::QemuMachine(const std::string& qemu, const std::string& image) {
+QemuMachine::QemuMachine(const std::string& qemu, const std::string& image,
+                         const std::string& folder) {
   std::vector<std::string> arguments = {qemu,       "-M",   "mps2-an385", "-display", "none",
                                         "-monitor", "none", "-kernel",    image};
+  if (!folder.empty()) {
+    arguments.insert(arguments.end(), {"-semihosting-config", "enable=on,target=native"});
+  }
   std::array<int, kUarts> theirs{};
   for (size_t i = 0; i < kUarts; ++i) {
     std::array<int, 2> ends{};
@@ -54,7 +61,7 @@ QemuMachine::QemuMachine(const std::string& qemu, const std::string& image) {
   pointers.push_back(nullptr);
   process_ = fork();
   if (process_ == 0) {
-    Become(arguments, pointers);
+    Become(folder, arguments, pointers);
   }
   for (const int end : theirs) {
     close(end);

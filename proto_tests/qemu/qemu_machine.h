@@ -22,9 +22,10 @@ class QemuMachine {
  public:
   static constexpr size_t kUarts = 2;
 
-  /// Starts the program `qemu` with `image`. Throws std::runtime_error if that is impossible; if
-  /// QEMU itself ends with an error, Receive will say so.
-  QemuMachine(const std::string& qemu, const std::string& image);
+  /// Starts the program `qemu` with `image`, both by their full paths; with semihosting, whose
+  /// files are in `folder`, if that is not empty. Throws std::runtime_error if that is impossible;
+  /// if QEMU itself ends with an error, Receive will say so.
+  QemuMachine(const std::string& qemu, const std::string& image, const std::string& folder = "");
   ~QemuMachine();
   QemuMachine(const QemuMachine&) = delete;
   QemuMachine& operator=(const QemuMachine&) = delete;

@@ -69,6 +69,19 @@ struct NetRecordVector {
   std::map<std::string, std::string> fields;
 };
 
+/// A line of signed.txt.
+struct SignedVector {
+  std::string name;
+  Bytes key;          ///< 16
+  unsigned use = 0;   ///< a protocol::MacUse
+  uint32_t last = 0;  ///< the last accepted counter
+  Bytes wire;         ///< empty where there is no frame
+  Bytes covered;      ///< ID, OPCODE, DATA; empty if the frame is too short for a tag
+  uint32_t counter = 0;
+  Bytes mac;  ///< what the receiver computes, 16 bytes; empty if the frame is too short
+  std::string verdict;
+};
+
 /// ID, OPCODE and DATA as a message; at least two bytes, at most 2 + kMaxData.
 inline protocol::Message ToMessage(const Bytes& body) {
   if (body.size() < 2 || body.size() > 2u + protocol::kMaxData) {
@@ -212,6 +225,18 @@ inline std::vector<NetRecordVector> LoadNetRecords() {
       vector.fields = ParseFields(column[5]);
     }
     all.push_back(vector);
+  });
+  return all;
+}
+
+inline std::vector<SignedVector> LoadSigned() {
+  std::vector<SignedVector> all;
+  internal::ForEachLine("signed.txt", 9, [&all](const std::vector<std::string>& column) {
+    const auto number = [&column](size_t i) {
+      return static_cast<uint32_t>(std::stoul(column[i]));
+    };
+    all.push_back({column[0], ParseBytes(column[1]), number(2), number(3), ParseBytes(column[4]),
+                   ParseBytes(column[5]), number(6), ParseBytes(column[7]), column[8]});
   });
   return all;
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Writes the protocol's test vectors: crc.txt, frames.txt, fields.txt, streams.txt, traces.txt,
-net_records.txt.
+net_records.txt, signed.txt.
 
     python3 make_vectors.py            write the files, beside this script
     python3 make_vectors.py --check    compare them with what would be written; exit 1 if different
@@ -8,7 +8,7 @@ net_records.txt.
 Nothing here is shared with the implementation under test: the bytes come from naive_protocol.py, and
 every verdict in the list below is what a person expects, checked against that file's reader before
 anything is written. What is about tags is listed in tag_vectors.py, and what robots with nets leave
-there in net_vectors.py.
+there in net_vectors.py; signed frames in signed_vectors.py.
 """
 
 import math
@@ -16,6 +16,7 @@ import pathlib
 import sys
 
 import net_vectors
+import signed_vectors
 import tag_vectors
 from naive_protocol import (MAX_DATA, NO_INTENSITIES, body_of, coded_round_of, crc16, read, wire_of)
 
@@ -545,6 +546,24 @@ def net_records_file():
     return text
 
 
+def signed_file():
+    text = header(
+        "Signed frames, and what their receiver makes of them (section 18).", "",
+        "name | key | use | last | wire | ID OPCODE DATA | counter | MAC | verdict", "",
+        "The receiver has accepted counters up to \"last\" with this key, of a use. Of the greeting",
+        "that is the number of the HELLO that the client has sent; of a HELLO with the robot's own key",
+        "it means nothing. The rest is what it finds: ID, OPCODE and DATA that the MAC covers; the",
+        "whole counter; and the 16 bytes of the MAC that it computes. Numbers are decimal.", "",
+        "verdict    ok      the tag is right, and the counter the last accepted from now on",
+        "           wrong   the frame is ignored; without a MAC, it is too short",
+        "           key     no frame: the MAC is a key, or the mask of the group's")
+    for name, key, use, last, wire, body, counter, mac, verdict in signed_vectors.rows():
+        columns = (hexadecimal(key), use, last, hexadecimal(wire) or "-", hexadecimal(body) or "-",
+                   counter, hexadecimal(mac) or "-", verdict)
+        text += " | ".join(map(str, (name, *columns))) + "\n"
+    return text
+
+
 def main(arguments):
     if arguments not in ([], ["--check"]):
         print(__doc__, file=sys.stderr)
@@ -557,6 +576,7 @@ def main(arguments):
         "streams.txt": streams_file(table),
         "traces.txt": traces_file(),
         "net_records.txt": net_records_file(),
+        "signed.txt": signed_file(),
     }
     here = pathlib.Path(__file__).resolve().parent
     stale = []

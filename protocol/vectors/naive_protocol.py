@@ -124,6 +124,7 @@ def wire_of(body):
 
 COLUMNS = 8
 MOST_ROWS = 8
+SIGNATURE_TO_ALL = 6  # bytes between DATA and CRC, if it is signed
 
 
 def times(a, b):
@@ -179,7 +180,7 @@ def corrected(row, p, q):
 
 def read_coded_round(stream, at):
     """From behind a DLE STX: (ID, OPCODE, DATA and CRC; whether it is whole; where to go on), or None if
-    it is no coded ROUND. What is not whole has no bytes."""
+    it is no coded ROUND. What is not whole, or has no right CRC, has no bytes."""
     if len(stream) < at + 3 or stream[at] != EVERYBODY or stream[at + 1] not in (0xF4, 0xF5):
         return None
     rows = stream[at + 2] & 0x0F
@@ -200,7 +201,10 @@ def read_coded_round(stream, at):
         found[lost[-1]] = [p_of(line[column] for line in others) for column in range(COLUMNS)]
     data = [found[i % rows][i // rows] for i in range(8 * rows)]
     size = 6 + 4 * (data[5] & 0x0F) + (data[5] >> 4) + 2
-    return [EVERYBODY, 0xF3] + data[:size] if size <= len(data) else [], True, end
+    for whole in (size, size + SIGNATURE_TO_ALL):
+        if whole <= len(data) and crc16([EVERYBODY, 0xF3] + data[:whole]) == 0:
+            return [EVERYBODY, 0xF3] + data[:whole], True, end
+    return [], True, end
 
 
 def judge_round(to, data):

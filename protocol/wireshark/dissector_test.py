@@ -180,6 +180,47 @@ class DissectorTest(unittest.TestCase):
         found = self.dissect(packets, ["pheromone.verdict"], links=2)
         self.assertEqual(found, [[[]]] * 4 + [[["ok"]]] * 4)
 
+    def test_shows_signatures_if_it_is_told_that_frames_have_them(self):
+        signed = [(name, int(use), bytes.fromhex(wire), bytes.fromhex(covered), int(counter),
+                   mac.replace(" ", "").lower()[:8])
+                  for name, _, use, _, wire, covered, counter, mac, verdict in rows("signed.txt")
+                  if verdict == "ok"]
+        names = ["verdict", "opcode", "message", "counter", "hello_number", "mac", "server_nonce", "group_key",
+                 "group_counter", "payload", "text", "turn"]
+        packets = [(0, i, INBOUND, wire, 0) for i, (_, _, wire, *_) in enumerate(signed)]
+        fields = ["pheromone." + name for name in names]
+        found = self.dissect(packets, fields, "-o", "pheromone.signed:TRUE")
+        self.assertGreater(len(signed), 20)
+        for (name, use, _, covered, counter, mac), columns in zip(signed, found):
+            added = {"mac": [mac]}
+            if use == 5:
+                added |= {"server_nonce": [covered[4:12].hex()], "group_key": [covered[12:28].hex()],
+                          "group_counter": [str(int.from_bytes(covered[-4:], "little"))]}
+            elif use == 4:
+                added["hello_number"] = [str(counter)]
+            else:
+                added["counter"] = [str(counter % (65536 if use == 3 else 256))]
+            if covered[1] == 0x45:
+                added["text"] = [covered[8:].hex()]
+            if covered[1] == 0xF3:
+                added["turn"] = [str(it) for it in covered[8 + 4 * (covered[7] % 16):]]
+            with self.subTest(name):
+                shown = {key: values for key, values in zip(names, columns) if values}
+                self.assertEqual(shown.pop("message") == ["GREETING"], use == 5)
+                self.assertEqual(shown, {"verdict": ["ok"], "opcode": [f"0x{covered[1]:02x}"],
+                                         **{key: it for key, it in added.items() if it}})
+
+    def test_lengths_are_judged_without_signatures(self):
+        chosen = {row[0]: bytes.fromhex(row[4]) for row in rows("signed.txt") if row[4] != "-"}
+        unsigned = ["unsigned_sense", "unsigned_ping", "unsigned_hello", "unsigned_halt_to_all"]
+        packets = [(0, i, INBOUND, chosen[name], 0)
+                   for i, name in enumerate(["sense", "hello", *unsigned])]
+        for preference, expected in (("TRUE", ["ok"] * 2 + ["bad-length"] * 4),
+                                     ("FALSE", ["bad-length"] * 2 + ["ok"] * 4)):
+            found = self.dissect(packets, ["pheromone.verdict"], "-o",
+                                 f"pheromone.signed:{preference}")
+            self.assertEqual([it for [[it]] in found], expected)
+
     def test_reads_udp_that_was_captured_by_other_means(self):
         frame = bytes.fromhex("10 02 07 01 E8 03 F4 01 00 00 61 FE 10 03")
         address = bytes([127, 0, 0, 1])

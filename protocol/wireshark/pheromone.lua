@@ -10,6 +10,11 @@
 -- on it (4), the direction (1 byte: 1 from robots, 2 to robots), and 0. Frames are put together
 -- across packets, each shown in the packet that ends it. TCP and UDP that were captured by other
 -- means have no such bytes: Decode As > PHEROMONE.
+--
+-- Whether frames are signed (section 18) cannot be seen in them: there is a preference for it, off
+-- unless you set it, for all links of a capture. Tags are not verified: that would take the keys.
+--
+--   tshark -o pheromone.signed:TRUE ...
 
 local DLE, STX, ETX = 0x10, 0x02, 0x03
 local MIN_FRAME, MAX_FRAME = 4, 68  -- bytes between the delimiters, unstuffed
@@ -19,6 +24,9 @@ local FROM_ROBOTS = 1
 local pheromone = Proto("pheromone", "Pheromone Protocol")
 pheromone.prefs.gap_timeout_ms = Pref.uint("Gap timeout (ms)", 0,
   "A longer silence inside a frame ends it, as it does for the receiver; 0: never")
+
+pheromone.prefs.signed = Pref.bool("Frames are signed", false,
+  "Counter and tag follow the data of each frame (section 18)")
 
 local REASONS = {
   [0] = "none", "unknown opcode", "bad length", "off the map", "unknown pheromone",
@@ -126,6 +134,12 @@ local f = {
   rows = ProtoField.uint32("pheromone.rows", "Rows of all tables"),
   text_length = ProtoField.uint8("pheromone.text_length", "Length of the whole text"),
   text = ProtoField.bytes("pheromone.text", "Text"),
+  counter = ProtoField.uint16("pheromone.counter", "Counter, its low bytes"),
+  hello_number = ProtoField.uint16("pheromone.hello_number", "Number of this HELLO"),
+  server_nonce = ProtoField.bytes("pheromone.server_nonce", "Nonce of the server"),
+  group_key = ProtoField.bytes("pheromone.group_key", "Key of the group, masked"),
+  group_counter = ProtoField.uint32("pheromone.group_counter", "Counter of the group"),
+  mac = ProtoField.bytes("pheromone.mac", "Tag of the signature"),
   net_verdict = ProtoField.string("pheromone.net_verdict", "Verdict"),
   net_version = ProtoField.uint8("pheromone.net_version", "Version"),
   net_kind = ProtoField.uint8("pheromone.net_kind", "Kind", base.DEC, NET_KINDS),
@@ -244,6 +258,26 @@ local SCAN_ANSWER, MAX_TAG_ROWS, TAG_ROW_BYTES = 0xC1, 7, 8
 local ROUND, ROUND_HEADER, MAX_TURNS = 0xF3, 6, 11
 local EVERYBODY = 0xFF
 
+-- What is behind DATA if frames are signed.
+local MAC = { f.mac, 4 }
+local OF_ONE = { { f.counter, 1 }, MAC }
+local OF_ALL = { { f.counter, 2 }, MAC }
+-- HELLO that asks for a session, and the greeting that answers it, are told by their lengths.
+local HELLO, HELLO_BYTES, OF_HELLO = 0x71, 4, { { f.hello_number, 2 }, MAC }
+local GREETING, GREETING_BYTES = 0xF1, 34
+local GREETING_DATA = { { f.nonce, 2 }, { f.server_nonce, 8 }, { f.group_key, 16 },
+                        { f.group_counter, 4 } }
+local function is_greeting(opcode, length)
+  return pheromone.prefs.signed and opcode == GREETING and length == GREETING_BYTES
+end
+local function signature_layout(body)
+  if not pheromone.prefs.signed then return {} end
+  local length = #body - MIN_FRAME
+  return body[1] == EVERYBODY and OF_ALL or
+      is_greeting(body[2], length) and { MAC } or
+      body[2] == HELLO and length == HELLO_BYTES + 6 and OF_HELLO or OF_ONE
+end
+
 local function length_of(layout)
   local length = 0
   for _, item in ipairs(layout) do length = length + item[2] end
@@ -300,8 +334,9 @@ end
 -- Of a ROUND whose length is right.
 local function has_bad_value(body)
   if body[1] ~= EVERYBODY then return true end
-  local turns = 2 + ROUND_HEADER + 4 * (body[2 + ROUND_HEADER] % 16)
-  for i = turns + 1, #body - 2 do
+  local counts = body[2 + ROUND_HEADER]
+  local turns = 2 + ROUND_HEADER + 4 * (counts % 16)
+  for i = turns + 1, turns + math.floor(counts / 16) do
     if body[i] == 0 or body[i] == EVERYBODY then return true end
   end
   return false
@@ -313,7 +348,9 @@ local function find_layout(opcode, data)
   local known = OTHERS[opcode]
   local typed = TYPED[opcode - opcode % 16]
   if not known and typed and opcode % 16 ~= 0 then known = typed end
-  if opcode == 0x72 or opcode == 0xF2 then
+  if is_greeting(opcode, data:len() + MAC[2]) then
+    return "GREETING", GREETING_DATA, false
+  elseif opcode == 0x72 or opcode == 0xF2 then
     local name = opcode == 0x72 and "PING" or "PING_ANSWER"
     if data:len() > MAX_PING then return name, nil end
     return name, { { f.payload, data:len() } }, false
@@ -342,7 +379,11 @@ local function byte_array(values, first, count)
   return bytes
 end
 
-local function data_of(body) return byte_array(body, 2, #body - MIN_FRAME) end
+-- Without a signature; none if there is no room for it.
+local function data_of(body)
+  local length = #body - MIN_FRAME - length_of(signature_layout(body))
+  return length >= 0 and byte_array(body, 2, length) or nil
+end
 
 local function crc16(bytes, count)
   local crc = 0
@@ -365,7 +406,9 @@ local function judge(body)
   local sent = bytes:get_index(#body - 2) + 256 * bytes:get_index(#body - 1)
   if crc16(bytes, #body - 2) ~= sent then return "bad-crc" end
   if body[1] == 0 or body[2] == 0 then return "refused" end
-  local name, layout = find_layout(body[2], data_of(body))
+  local data = data_of(body)
+  if not data then return "bad-length" end
+  local name, layout = find_layout(body[2], data)
   if not name then return "unknown-opcode" end
   if not layout then return "bad-length" end
   if body[2] == ROUND and has_bad_value(body) then return "bad-value" end
@@ -422,7 +465,8 @@ local function decode_round(code, rows)
   end
   local body = { EVERYBODY, ROUND }
   local counts = code[ROUND_HEADER]
-  local size = ROUND_HEADER + 4 * (counts % 16) + math.floor(counts / 16) + 2
+  local size = ROUND_HEADER + 4 * (counts % 16) + math.floor(counts / 16) +
+      length_of(signature_layout(body)) + 2
   for i = 1, math.min(size, CODED_COLUMNS * rows) do body[#body + 1] = code[i] end
   return body
 end
@@ -507,15 +551,17 @@ local function frames_of(tvb, stream, pinfo)
   return seen[pinfo.number]
 end
 
-local function add_fields(tree, body_tvb, layout, typed)
+local IS_BYTES = { [f.payload] = true, [f.text] = true, [f.server_nonce] = true,
+                   [f.group_key] = true, [f.mac] = true }
+
+local function add_fields(tree, body_tvb, layout, typed, offset)
   if typed then tree:add(f.type, body_tvb(1, 1)) end
-  local offset = 2
   for _, item in ipairs(layout) do
     local field, length = item[1], item[2]
     if length > 0 then
       local range = body_tvb(offset, length)
       local added
-      if field == f.payload or field == f.text then
+      if IS_BYTES[field] then
         added = tree:add(field, range)
       elseif item[3] then
         added = tree:add(field, range, range:le_int())
@@ -589,17 +635,22 @@ local function dissect_frame(tvb, tree, frame)
   local data_length = #frame.body - MIN_FRAME
   sub:add(f.id, body_tvb(0, 1))
   sub:add(f.opcode, body_tvb(1, 1))
-  local name, layout, typed = find_layout(opcode, data_of(frame.body))
+  local data = data_of(frame.body)
+  local signature = data and signature_layout(frame.body) or {}
+  local name, layout, typed = find_layout(opcode, data or byte_array(frame.body, 2, data_length))
+  if not data then layout = nil end
   if name then sub:add(f.message, body_tvb(1, 1), name) end
   if layout then
-    add_fields(sub, body_tvb, layout, typed)
+    add_fields(sub, body_tvb, layout, typed, 2)
     local at = STATEMENT_AT[opcode] and 2 + STATEMENT_AT[opcode]
     if at and body_tvb(at, 4):le_int() == NET_RECORD then
       add_net_record(sub, body_tvb(at, NET_RECORD_SIZE))
     end
   else
-    if data_length > 0 then sub:add(f.data, body_tvb(2, data_length)) end
+    local length = data_length - length_of(signature)
+    if length > 0 then sub:add(f.data, body_tvb(2, length)) end
   end
+  add_fields(sub, body_tvb, signature, false, 2 + data_length - length_of(signature))
   if verdict ~= "ok" then sub:add_proto_expert_info(e_malformed, verdict) end
   sub:add_le(f.crc, body_tvb(#frame.body - 2, 2))
   sub:set_text("Pheromone " .. (name or string.format("opcode %02X", opcode)) .. ", client " .. id)

@@ -47,10 +47,13 @@ Result<std::string> ReadFile(const std::string& path, size_t max_bytes) {
   }
 }
 
-Status WriteFile(const std::string& path, std::string_view bytes) {
+namespace {
+
+Status Replace(const std::string& path, std::string_view bytes, bool is_secret) {
   // A rename would also replace a device, such as /dev/null.
   struct stat found {};
-  if (stat(path.c_str(), &found) == 0 && !S_ISREG(found.st_mode) && !S_ISDIR(found.st_mode)) {
+  const bool exists = stat(path.c_str(), &found) == 0;
+  if (exists && !S_ISREG(found.st_mode) && !S_ISDIR(found.st_mode)) {
     return Error{path + ": cannot be written: is not a regular file"};
   }
   // Exclusive, so that two writers do not share it; files left by a crash are skipped.
@@ -58,7 +61,7 @@ Status WriteFile(const std::string& path, std::string_view bytes) {
   int fd = -1;
   for (int attempt = 0; fd < 0 && attempt < 100; ++attempt) {
     fresh = path + ".new" + std::to_string(attempt);
-    fd = open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    fd = open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, is_secret ? 0600 : 0666);
     if (fd < 0 && errno != EEXIST) {
       break;
     }
@@ -67,13 +70,27 @@ Status WriteFile(const std::string& path, std::string_view bytes) {
   if (!file.valid()) {
     return SystemError(fresh + ": cannot be created");
   }
-  if (!WriteAll(file.get(), bytes) || fsync(file.get()) != 0 || !file.Close() ||
+  const bool has_owner =
+      !is_secret || (fchmod(file.get(), 0600) == 0 &&
+                     (!exists || found.st_uid == geteuid() ||
+                      fchown(file.get(), found.st_uid, static_cast<gid_t>(-1)) == 0));
+  if (!has_owner || !WriteAll(file.get(), bytes) || fsync(file.get()) != 0 || !file.Close() ||
       std::rename(fresh.c_str(), path.c_str()) != 0) {
     const Error error = SystemError(path + ": cannot be written");
     unlink(fresh.c_str());
     return error;
   }
   return Ok();
+}
+
+}  // namespace
+
+Status WriteFile(const std::string& path, std::string_view bytes) {
+  return Replace(path, bytes, false);
+}
+
+Status WriteSecretFile(const std::string& path, std::string_view bytes) {
+  return Replace(path, bytes, true);
 }
 
 }  // namespace pheromone

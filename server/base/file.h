@@ -26,4 +26,8 @@ Result<std::string> ReadFile(const std::string& path, size_t max_bytes = kMaxFil
 /// is not a regular file, such as a device, has that name.
 Status WriteFile(const std::string& path, std::string_view bytes);
 
+/// The same for what only the owner may read: mode 0600 from the beginning, under any umask. A file
+/// that is replaced keeps its owner: root may change what belongs to a service's user.
+Status WriteSecretFile(const std::string& path, std::string_view bytes);
+
 }  // namespace pheromone

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -62,6 +63,33 @@ TEST_F(FileTest, ADeviceIsNotReplacedByAFile) {
   EXPECT_TRUE(std::filesystem::is_fifo(In("pipe")));
   EXPECT_TRUE(std::filesystem::is_symlink(In("null")));
   EXPECT_EQ(Entries(), 2U);
+}
+
+TEST_F(FileTest, ASecretIsItsOwnersOnlyUnderAnyUmask) {
+  struct stat status {};
+  for (const mode_t mask : {0u, 0277u}) {
+    const mode_t before = umask(mask);
+    const Status written = WriteSecretFile(In("key"), "secret");
+    umask(before);
+    ASSERT_TRUE(written.ok()) << written.error();
+    ASSERT_EQ(stat(In("key").c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 07777u, 0600u);
+  }
+  EXPECT_EQ(ReadFile(In("key")).value(), "secret");
+  EXPECT_EQ(Entries(), 1U);
+}
+
+TEST_F(FileTest, ASecretThatRootReplacesKeepsItsOwner) {
+  if (geteuid() != 0) {
+    GTEST_SKIP() << "only root gives files away";
+  }
+  ASSERT_TRUE(WriteSecretFile(In("key"), "old").ok());
+  ASSERT_EQ(chown(In("key").c_str(), 65534, static_cast<gid_t>(-1)), 0);
+  ASSERT_TRUE(WriteSecretFile(In("key"), "new").ok());
+  struct stat status {};
+  ASSERT_EQ(stat(In("key").c_str(), &status), 0);
+  EXPECT_EQ(status.st_uid, 65534U);
+  EXPECT_EQ(ReadFile(In("key")).value(), "new");
 }
 
 TEST_F(FileTest, ReadingSaysWhyItFails) {

@@ -217,6 +217,11 @@ std::optional<NamedFile> ReadNamedFile(const TableReader& table, std::string_vie
   return NamedFile{path->string(), std::move(text).value()};
 }
 
+void Warn(const TableReader& table, std::string_view key, const std::string& text, Notes* notes) {
+  notes->warnings.push_back(
+      {FormatProblem(notes->file, table.Find(key)->at, table.KeyOf(key), text), true});
+}
+
 std::string Trimmed(const std::string& text) {
   constexpr const char* kBlanks = " \t\r\n";
   const size_t begin = text.find_first_not_of(kBlanks);

@@ -16,6 +16,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -27,6 +28,7 @@
 #include "server/net/certificate.h"
 #include "server/net/endpoint.h"
 #include "server/robots/links/link_config.h"
+#include "server/robots/signing/keys.h"
 
 namespace pheromone::config {
 
@@ -116,6 +118,8 @@ struct Warning {
 struct Config {
   engine::EngineConfig engine;
   std::vector<links::LinkConfig> links;  ///< in the order of engine.links
+  /// Of signed links, by their names. Apart from the links: a running server takes others.
+  std::map<std::string, signing::Keys> keys;
   std::vector<links::TrackerConfig> trackers;
   std::optional<maps::Wgs84> datum;  ///< where on the Earth the map's (0, 0) is
   CaptureSettings capture;

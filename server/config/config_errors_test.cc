@@ -48,7 +48,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{5, "[antenna]\n[antennas]", "5:2: antenna: unknown key, expected antennas?"},
         Case{29, "path = \"a.pty\"\nsilence_s = 9600",
              "30:1: link[1].silence_s: unknown key, expected one of name, kind, required, clients, "
-             "on, path, baud, medium_access, slot_ms, response_window_ms, turnaround_ms, "
+             "security, keys, on, path, baud, medium_access, slot_ms, response_window_ms, "
+             "turnaround_ms, "
              "adapter_latency_ms, server_delay_ms, gap_timeout_ms"},
         Case{2, "", "1:1: map.width_m: missing, expected a number from 0.000001 to 1000000"},
         Case{6, "", "5:1: antennas.bias_m: missing, expected a number from 0 to 65"},

@@ -39,6 +39,16 @@ std::string Joined(const List& list, const Text& text) {
   return all;
 }
 
+std::string DescribeSecurity(const links::LinkConfig& link, const Config& config) {
+  if (link.security == signing::Security::kOff) {
+    return "";
+  }
+  const auto keys = config.keys.find(link.name);
+  return fmt::format(", signed frames {}, keys: {}",
+                     link.security == signing::Security::kRequire ? "required" : "accepted",
+                     keys != config.keys.end() ? keys->second.size() : 0);
+}
+
 std::string DescribeNodes(const links::LinkConfig& link) {
   return link.on.empty() ? "" : ", on " + Joined(link.on, [](const std::string& it) { return it; });
 }
@@ -72,7 +82,8 @@ std::vector<std::string> DescribeReach(const Config& config, const char* runtime
   std::vector<std::string> lines;
   for (const links::LinkConfig& link : config.links) {
     lines.push_back("link " + link.name + ": " + DescribeLink(link) +
-                    (link.required ? ", required" : "") + DescribeNodes(link));
+                    (link.required ? ", required" : "") + DescribeSecurity(link, config) +
+                    DescribeNodes(link));
   }
   for (const links::TrackerConfig& tracker : config.trackers) {
     lines.push_back("tracker " + tracker.name + ": udp " + ToText(tracker.listen));

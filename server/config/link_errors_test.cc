@@ -56,7 +56,7 @@ INSTANTIATE_TEST_SUITE_P(
              "listen = \"127.0.0.1:4950\"\n[[link]]\nname = \"n\"\nkind = \"udp\"\n"
              "listen = \"127.0.0.1:4951\"\ngap_timeout_ms = 5",
              "42:1: link[4].gap_timeout_ms: unknown key, expected one of name, kind, required, "
-             "clients, listen, slot_ms, response_window_ms"},
+             "clients, security, keys, listen, slot_ms, response_window_ms"},
         Case{37, "listen = \"127.0.0.1:4950\"\nmax_connections = 255",
              "38:19: link[3].max_connections: found 255, expected a whole number from 1 to 254"},
         Case{33, "usb = \"0403-6001\"",
@@ -88,7 +88,8 @@ INSTANTIATE_TEST_SUITE_P(
              "34:13: link[2].silence_s: found -1, expected a whole number from 0 to 1000000"},
         Case{29, "path = \"a.pty\"\nptt = \"rts\"",
              "30:1: link[1].ptt: unknown key, expected one of name, kind, required, clients, "
-             "on, path, baud, medium_access, slot_ms, response_window_ms, turnaround_ms, "
+             "security, keys, on, path, baud, medium_access, slot_ms, response_window_ms, "
+             "turnaround_ms, "
              "adapter_latency_ms, server_delay_ms, gap_timeout_ms"},
         Case{29, "path = \"a.pty\"\nclients = 7",
              "30:11: link[1].clients: found 7, expected client IDs from 1 to 254 and ranges of "

@@ -21,11 +21,6 @@ constexpr size_t kMaxNames = 64;
 constexpr int64_t kMaxViewers = 48;  // of 64 connections, so that requests have some
 constexpr size_t kMaxName = 253;     // of a host, by RFC 1035
 
-void Warn(const TableReader& table, const char* key, const std::string& text, Notes* notes) {
-  notes->warnings.push_back(
-      {FormatProblem(notes->file, table.Find(key)->at, table.KeyOf(key), text), true});
-}
-
 // Of a file with a secret.
 void WarnIfAllUsersCanReadIt(const TableReader& table, const char* key, const std::string& path,
                              Notes* notes) {

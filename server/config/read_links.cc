@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/config/sections.h"
+#include "server/robots/signing/keys_file.h"
 
 namespace pheromone::config {
 namespace {
@@ -15,6 +16,9 @@ using links::LinkKind;
 using links::UsbIdentity;
 
 constexpr std::string_view kKinds[] = {"pty", "serial", "tcp", "udp"};  // in the order of LinkKind
+
+// In the order of Security.
+constexpr std::string_view kSecurities[] = {"off", "accept", "require"};
 
 constexpr int kMaxId = 254;
 
@@ -70,6 +74,8 @@ constexpr std::pair<std::string_view, uint8_t> kKeys[] = {
     {"kind", kAll},
     {"required", kAll},
     {"clients", kAll},
+    {"security", kAll},
+    {"keys", kAll},
     {"on", kPorts},
     {"path", kPty},
     {"port", kSerial},
@@ -227,7 +233,42 @@ bool ReadOn(const TableReader& table, const std::optional<ClusterSettings>& clus
   return true;
 }
 
-void ReadLink(const TableReader& table, Config* config) {
+// Whether frames are signed, and by which keys. The file is not read without a folder, as of a
+// token.
+std::optional<signing::Keys> ReadSecurity(const TableReader& table, Notes* notes,
+                                          LinkConfig* link) {
+  const auto security = table.OneOf("security", kSecurities, 0);
+  if (!security) {
+    return std::nullopt;
+  }
+  link->security = static_cast<signing::Security>(*security);
+  if (link->security == signing::Security::kOff) {
+    return table.Without({"keys"}, "security = \"off\"", "security = \"accept\" or \"require\"")
+               ? std::optional(signing::Keys())
+               : std::nullopt;
+  }
+  if (table.Find("keys") == nullptr) {
+    table.Missing("keys", "the file with the robots' keys, as pheromonectl keys new makes it");
+    return std::nullopt;
+  }
+  const auto name = table.String("keys");
+  if (!name || !notes->folder) {
+    link->keys_path = name.value_or("");
+    return name ? std::optional(signing::Keys()) : std::nullopt;
+  }
+  link->keys_path = (*notes->folder / *name).string();
+  const auto file = signing::KeysFile::Read(link->keys_path);
+  if (!file.ok()) {
+    table.Report("keys", file.error());
+    return std::nullopt;
+  }
+  if (file.value().robots().empty()) {
+    Warn(table, "keys", "no robot has a key, so none is heard on this link", notes);
+  }
+  return file.value().keys();
+}
+
+void ReadLink(const TableReader& table, Notes* notes, Config* config) {
   const auto kind = table.OneOf("kind", kKinds);
   const auto name = ReadName(table);
   if (!kind) {
@@ -240,8 +281,9 @@ void ReadLink(const TableReader& table, Config* config) {
   const bool has_medium = ReadMedium(table, &link);
   const bool has_clients = ReadClients(table, &link);
   const bool has_nodes = ReadOn(table, config->cluster, &link);
+  auto keys = ReadSecurity(table, notes, &link);
   const auto required = table.Boolean("required", false);
-  if (!name || !has_address || !has_medium || !has_clients || !has_nodes || !required) {
+  if (!keys || !name || !has_address || !has_medium || !has_clients || !has_nodes || !required) {
     return;
   }
   link.name = *name;
@@ -252,6 +294,9 @@ void ReadLink(const TableReader& table, Config* config) {
                             " again, expected a value not used by link \"" + other.name + '"');
       return;
     }
+  }
+  if (link.security != signing::Security::kOff) {
+    config->keys[link.name] = *std::move(keys);
   }
   config->links.push_back(link);
   config->engine.links.push_back(
@@ -272,7 +317,7 @@ std::string PortPath(const std::string& port) {
 void ReadLinks(const Value& root, Notes* notes, Config* config) {
   const std::vector<const Value*> tables = TablesOf(root, "link", notes, kMaxTables);
   for (size_t i = 0; i < tables.size(); ++i) {
-    ReadLink(TableReader(*tables[i], PathOf("link", i), &notes->problems), config);
+    ReadLink(TableReader(*tables[i], PathOf("link", i), &notes->problems), notes, config);
   }
   if (tables.empty()) {
     notes->warnings.push_back({FormatProblem(

@@ -139,6 +139,9 @@ struct NamedFile {
 std::optional<NamedFile> ReadNamedFile(const TableReader& table, std::string_view key,
                                        size_t max_bytes, const Notes& notes);
 
+/// A warning about a key, at its value.
+void Warn(const TableReader& table, std::string_view key, const std::string& text, Notes* notes);
+
 /// Without surrounding line ends and blanks.
 std::string Trimmed(const std::string& text);
 

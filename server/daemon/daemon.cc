@@ -86,7 +86,7 @@ class Daemon::Impl {
                   .run_edit = [this](auto work) { return edits_.Add(std::move(work)); },
                   .run_operation = [this](auto work) { return operations_.Add(std::move(work)); },
                   .reload = [this] { return ReadConfigurationAgain(); },
-                  .reload_certificate = [this] { return Read(&LiveConfig::ReadCertificateAgain); },
+                  .reload_secrets = [this] { return Read(&LiveConfig::ReadSecretsAgain); },
                   .change_tau =
                       [this](uint8_t type, int64_t tau_ms) {
                         Status changed = config_.ChangeTau(type, tau_ms);
@@ -353,6 +353,9 @@ class Daemon::Impl {
     Outcome outcome = (config_.*read)();
     if (const auto certificate = config_.Web().tls; outcome.ok() && certificate) {
       front_end_.SetCertificate(*certificate);
+    }
+    if (outcome.ok()) {
+      links_.SetKeys(config_.Keys());
     }
     if (!stopping_) {
       service_manager::Ready(upkeep_.DescribeState());

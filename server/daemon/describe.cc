@@ -57,4 +57,30 @@ std::string DescribeLink(const std::string& name, const links::LinkCounters& cou
   return line;
 }
 
+std::string DescribeKeys(const signing::Keys& before, const signing::Keys& after) {
+  std::string revoked;
+  std::string changed;
+  std::string added;
+  for (const auto& [id, key] : before) {
+    const auto now = after.find(id);
+    if (now == after.end()) {
+      revoked += fmt::format(" {}", id);
+    } else if (now->second != key) {
+      changed += fmt::format(" {}", id);
+    }
+  }
+  for (const auto& [id, key] : after) {
+    added += before.contains(id) ? "" : fmt::format(" {}", id);
+  }
+  std::string text;
+  const std::pair<std::string_view, std::string> parts[] = {
+      {"revoked", revoked}, {"changed", changed}, {"added", added}};
+  for (const auto& [what, ids] : parts) {
+    if (!ids.empty()) {
+      text += fmt::format("{}{}{}", text.empty() ? "" : ", ", what, ids);
+    }
+  }
+  return text;
+}
+
 }  // namespace pheromone::daemon

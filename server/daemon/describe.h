@@ -1,4 +1,5 @@
-// The statistics that the daemon logs when it stops. Lines without line ends.
+// What the daemon logs of its statistics when it stops, and of keys that change. Lines without line
+// ends.
 #pragma once
 
 #include <string>
@@ -6,6 +7,7 @@
 
 #include "server/core/engine/service/service.h"
 #include "server/robots/links/link.h"
+#include "server/robots/signing/keys.h"
 
 namespace pheromone::daemon {
 
@@ -17,5 +19,8 @@ std::string DescribeTrouble(const engine::RobotCounters& counters);
 
 /// The frames and bytes of a link, and all kinds of losses that occurred.
 std::string DescribeLink(const std::string& name, const links::LinkCounters& counters);
+
+/// The robots whose keys differ: "revoked 3, added 7 8".
+std::string DescribeKeys(const signing::Keys& before, const signing::Keys& after);
 
 }  // namespace pheromone::daemon

@@ -54,7 +54,7 @@ std::optional<cluster::SharedLink> SharedLinkOf(const links::LinkConfig& link,
 
 LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
                  engine::Service* service, links::LinkRouter* router, links::Tap* tap)
-    : ports_(CountPorts(config.links)) {
+    : keys_(config.keys), ports_(CountPorts(config.links)) {
   const std::string node = config.cluster ? config.cluster->node : "";
   std::vector<LinkLeases::Shared> shared;
   for (size_t i = 0; i < config.links.size(); ++i) {
@@ -63,12 +63,20 @@ LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
       permit = permits_.emplace_back(std::make_unique<links::SendPermit>()).get();
       shared.push_back({nullptr, permit, *settings});
     }
+    signing::Signing* signing = nullptr;
+    if (config.links[i].security != signing::Security::kOff) {
+      signing = signings_
+                    .emplace_back(std::make_unique<signing::Signing>(
+                        config.links[i].security, keys_[config.links[i].name], FillRandom))
+                    .get();
+    }
     links_.push_back(MakeLink(io, config.links[i],
                               {.index = static_cast<engine::LinkIndex>(i),
                                .router = router,
                                .log = LogOfLink,
                                .tap = tap,
                                .permit = permit,
+                               .signing = signing,
                                .aside = ports_.get_executor(),
                                .backoff = {.seed = static_cast<uint32_t>(Random64())}},
                               node));
@@ -116,6 +124,19 @@ bool LinkSet::Start() {
     spdlog::info("ready: {} of {} links up", up, links_.size());
   }
   return good;
+}
+
+void LinkSet::SetKeys(const std::map<std::string, signing::Keys>& keys) {
+  for (const auto& link : links_) {
+    const auto old = keys_.find(link->name());
+    const auto read = keys.find(link->name());
+    if (old == keys_.end() || read == keys.end() || old->second == read->second) {
+      continue;  // not signed: other settings require a restart
+    }
+    spdlog::info("link {}: keys {}", link->name(), DescribeKeys(old->second, read->second));
+    old->second = read->second;
+    link->SetKeys(read->second);
+  }
 }
 
 void LinkSet::Stop() {

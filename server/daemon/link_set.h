@@ -5,11 +5,14 @@
 //   links.Stop();           // then `io` runs dry
 //   links.Summarise();
 //
-// The messages of links go to the log. Start and Stop: one thread. All arguments outlive it.
+// The messages of links go to the log. Start and Stop: one thread; SetKeys: by one at a time. All
+// arguments outlive it.
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <boost/asio/io_context.hpp>
@@ -23,6 +26,8 @@
 #include "server/robots/links/send_permit.h"
 #include "server/robots/links/tap.h"
 #include "server/robots/links/tracker_link.h"
+#include "server/robots/signing/keys.h"
+#include "server/robots/signing/signing.h"
 
 namespace pheromone::daemon {
 
@@ -37,6 +42,10 @@ class LinkSet {
   bool Start();
   void Stop();
 
+  /// Takes the keys of the signed links that are here, by their names: revoked robots are ignored
+  /// at once. Logs which robots' keys changed.
+  void SetKeys(const std::map<std::string, signing::Keys>& keys);
+
   /// In the order of the configuration; always the same.
   const std::vector<std::unique_ptr<links::Link>>& links() const { return links_; }
   /// Likewise.
@@ -48,6 +57,8 @@ class LinkSet {
   void Summarise() const;
 
  private:
+  std::map<std::string, signing::Keys> keys_;  // of signed links
+  std::vector<std::unique_ptr<signing::Signing>> signings_;
   std::vector<std::unique_ptr<links::SendPermit>> permits_;  // of ports that others have, too
   boost::asio::thread_pool ports_;  // opens and closes them: a thread for each
   std::vector<std::unique_ptr<links::Link>> links_;

@@ -92,7 +92,7 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
     spdlog::error("the configuration is unchanged: {}", error);
     return error;
   }
-  TakeCertificate(next.web);
+  TakeSecrets(next);
   {
     const std::lock_guard lock(mutex_);
     engine_ = read;
@@ -109,17 +109,18 @@ Result<std::vector<std::string>> LiveConfig::ReadAgain() {
   return notes;
 }
 
-Status LiveConfig::ReadCertificateAgain() {
+Status LiveConfig::ReadSecretsAgain() {
   PHEROMONE_TRY(const config::Config loaded, Load());
-  TakeCertificate(loaded.web);
+  TakeSecrets(loaded);
   return Ok();
 }
 
-void LiveConfig::TakeCertificate(const config::WebSettings& read) {
+void LiveConfig::TakeSecrets(const config::Config& read) {
   const std::lock_guard lock(mutex_);
-  if (read.tls && config_.web.tls) {
-    config_.web.tls = read.tls;
+  if (read.web.tls && config_.web.tls) {
+    config_.web.tls = read.web.tls;
   }
+  config_.keys = read.keys;
 }
 
 Status LiveConfig::ChangeTau(uint8_t type, int64_t tau_ms) {

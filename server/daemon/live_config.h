@@ -5,13 +5,14 @@
 //   ...
 //   const auto notes = config.ReadAgain();      // SIGHUP
 //
-// Changes of the map take effect if they are compatible with the present map, and so does another
-// certificate; the rest requires a restart. Changes and errors are logged. Get, Web and AsRead may
-// be called from any thread; the other functions by one at a time.
+// Changes of the map take effect if they are compatible with the present map, and so do another
+// certificate and other keys of robots; the rest requires a restart. Changes and errors are logged.
+// Get, Web, Keys and AsRead may be called from any thread; the other functions by one at a time.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "server/config/config.h"
 #include "server/core/engine/service/service.h"
 #include "server/daemon/captures.h"
+#include "server/robots/signing/keys.h"
 
 namespace pheromone::daemon {
 
@@ -38,9 +40,9 @@ class LiveConfig {
   /// compatible with the map; then nothing is changed.
   Result<std::vector<std::string>> ReadAgain();
 
-  /// Takes only the certificate: the rest comes from another server of a cluster. Errors: the
-  /// configuration is invalid; then nothing is changed.
-  Status ReadCertificateAgain();
+  /// Takes only the certificate and the robots' keys: the rest comes from another server of a
+  /// cluster. Errors: the configuration is invalid; then nothing is changed.
+  Status ReadSecretsAgain();
 
   /// Changes the law of a pheromone until the configuration is read again (Control::ChangeTau).
   Status ChangeTau(uint8_t type, int64_t tau_ms);
@@ -50,6 +52,11 @@ class LiveConfig {
   config::WebSettings Web() const {
     const std::lock_guard lock(mutex_);
     return config_.web;
+  }
+  /// Of the signed links, by their names, as read last.
+  std::map<std::string, signing::Keys> Keys() const {
+    const std::lock_guard lock(mutex_);
+    return config_.keys;
   }
   /// The engine's part of what was read last.
   engine::SharedConfig AsRead() const {
@@ -66,7 +73,7 @@ class LiveConfig {
   Result<engine::Service::Configured> Configure(const engine::SharedConfig& config,
                                                 bool state_lost);
   Result<config::Config> Load() const;
-  void TakeCertificate(const config::WebSettings& read);
+  void TakeSecrets(const config::Config& read);
   void Tell(const std::vector<config::Warning>& warnings) const;
 
   const Reload reload_;

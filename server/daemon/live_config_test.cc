@@ -8,6 +8,7 @@
 #include "server/core/engine/testing/bench.h"
 #include "server/core/engine/testing/scripted_log.h"
 #include "server/daemon/captures.h"
+#include "server/daemon/describe.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -52,14 +53,27 @@ TEST_F(LiveConfigTest, AChangedLawIsInEffectUntilTheConfigurationIsReadAgain) {
   EXPECT_EQ(TauOfFirst(), read_.engine.field.pheromones[0].tau_ms);
 }
 
-TEST_F(LiveConfigTest, OnlyTheCertificateIsTakenWhereAnotherServerHasTheRest) {
+TEST_F(LiveConfigTest, OtherKeysAreTakenUnlessTheFileIsWrong) {
+  read_.keys = {{"radio-a", {{7, {1}}}}};
+  ASSERT_TRUE(config_.ReadAgain().ok());
+  EXPECT_EQ(config_.Keys(), read_.keys);
+  const auto before = read_.keys;
+  read_.keys.clear();
+  error_ = "robots.keys:2: robot 7 has no key";
+  EXPECT_FALSE(config_.ReadAgain().ok());
+  EXPECT_EQ(config_.Keys(), before);
+}
+
+TEST_F(LiveConfigTest, OnlySecretsAreTakenWhereAnotherServerHasTheRest) {
   read_.web.tls = Certificate{"another chain", "another key"};
   read_.engine.field.pheromones[0].tau_ms += 1'000;
   read_.web.max_viewers += 1;
+  read_.keys = {{"radio-a", {{7, {1}}}}};
   const int64_t tau_ms = TauOfFirst();
   const config::WebSettings before = config_.Web();
-  ASSERT_TRUE(config_.ReadCertificateAgain().ok());
+  ASSERT_TRUE(config_.ReadSecretsAgain().ok());
   EXPECT_EQ(config_.Web().tls, read_.web.tls);
+  EXPECT_EQ(config_.Keys(), read_.keys);
   EXPECT_EQ(config_.Web().max_viewers, before.max_viewers);
   EXPECT_EQ(TauOfFirst(), tau_ms);
 }
@@ -70,17 +84,23 @@ TEST_F(LiveConfigTest, AServerWithoutACertificateReadsItsFileAllTheSameAndTakesN
   Result<config::Config> file = Error{"a mistake in line 3"};
   LiveConfig without(
       plain, [&] { return file; }, &service_, &captures_);
-  EXPECT_EQ(without.ReadCertificateAgain().error(), "a mistake in line 3");
+  EXPECT_EQ(without.ReadSecretsAgain().error(), "a mistake in line 3");
   file = read_;
-  EXPECT_TRUE(without.ReadCertificateAgain().ok());
+  EXPECT_TRUE(without.ReadSecretsAgain().ok());
   EXPECT_EQ(without.Web().tls, std::nullopt) << "that takes a restart";
 }
 
 TEST_F(LiveConfigTest, ACertificateThatIsNotReadChangesNothing) {
   const auto before = config_.Web().tls;
   error_ = "lab.key: found no private key";
-  EXPECT_EQ(config_.ReadCertificateAgain().error(), error_);
+  EXPECT_EQ(config_.ReadSecretsAgain().error(), error_);
   EXPECT_EQ(config_.Web().tls, before);
+}
+
+TEST(DescribeKeysTest, RobotsWhoseKeysDifferAreNamed) {
+  EXPECT_EQ(DescribeKeys({{1, {1}}, {2, {2}}, {3, {3}}}, {{2, {9}}, {3, {3}}, {7, {7}}, {8, {8}}}),
+            "revoked 1, changed 2, added 7 8");
+  EXPECT_EQ(DescribeKeys({}, {{7, {7}}}), "added 7");
 }
 
 }  // namespace

@@ -294,8 +294,8 @@ void LiveControl::ChangeTau(uint8_t type, int64_t tau_ms, Done done) {
 void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
   const auto reload = [this, done] {
     if (parts_.cluster && parts_.cluster->has_leader()) {
-      // Each server has a certificate of its own.
-      if (const Status read = parts_.reload_certificate(); !read.ok()) {
+      // Each server has a certificate and files with keys of its own.
+      if (const Status read = parts_.reload_secrets(); !read.ok()) {
         done(Error{"the configuration of this server: " + read.error()});
         return;
       }

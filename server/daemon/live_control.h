@@ -64,7 +64,7 @@ struct LiveParts {
   Run run_edit;                            ///< one edit after the other
   Run run_operation;                       ///< reload, the beginning and end of a recording
   std::function<Result<std::vector<std::string>>()> reload;  ///< called as an operation
-  std::function<Status()> reload_certificate;                ///< likewise; in a cluster
+  std::function<Status()> reload_secrets;                    ///< likewise; in a cluster
   std::function<Status(uint8_t, int64_t)> change_tau;        ///< likewise
   Snapshot snapshot;                                         ///< asks the journal for one
   bool is_kept = false;                                      ///< there is a journal

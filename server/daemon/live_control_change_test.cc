@@ -256,16 +256,16 @@ TEST_F(LiveControlTest, AReloadReadsTheOwnCertificateAndGoesToTheServerThatLeads
   };
   parts.cluster = std::move(others);
   parts.reload = [] { return Error{"another server has the configuration"}; };
-  parts.reload_certificate = [&] {
+  parts.reload_secrets = [&] {
     ++read;
-    return reloaded_certificate_;
+    return reloaded_secrets_;
   };
   LiveControl control(std::move(parts));
   Outcome<std::vector<std::string>> reload;
   control.Reload(reload.Taker());
   EXPECT_EQ(reload.Get().value(), std::vector<std::string>{"there"});
   EXPECT_EQ(read, 1);
-  reloaded_certificate_ = Error{"lab.key: found no private key"};
+  reloaded_secrets_ = Error{"lab.key: found no private key"};
   Outcome<std::vector<std::string>> wrong;
   control.Reload(wrong.Taker());
   EXPECT_EQ(wrong.Get().error(), "the configuration of this server: lab.key: found no private key");

@@ -54,6 +54,7 @@ class LinkElsewhere final : public links::Link {
   }
   void Stop() override {}
   void Send(std::vector<engine::Outgoing> /*messages*/) override {}  // its own server does
+  void SetKeys(signing::Keys /*keys*/) override {}
 };
 
 }  // namespace

@@ -83,8 +83,10 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
   PutCrc(board_.sketch_crc, crc);
   Storage::Begin();
   uint8_t payload[client::kSettingsSize + 2];
-  if (board_.stored.Load(payload) && payload[client::kSettingsSize] == crc[0] &&
-      payload[client::kSettingsSize + 1] == crc[1]) {
+  if (!board_.stored.Load(payload)) {
+    board_.stored.BeginBehind(Storage::FirstVersion());
+  } else if (payload[client::kSettingsSize] == crc[0] &&
+             payload[client::kSettingsSize + 1] == crc[1]) {
     client::UnpackSettings(payload, &parameters_);
   }
   wheels.begin();
@@ -98,6 +100,11 @@ void Pheromone::begin(PheromoneLink& link, PheromoneWheels& wheels, const client
     // Damaged: it may be anywhere.
     parameters_.pose_lost = memory.guard == kGuard || !WasSwitchedOn();
     client::StartCold(&board_, parameters_, &memory.requests);
+#if PHEROMONE_SIGNING
+    if (!Storage::Committed()) {  // this start's number will come again
+      parameters_.key = nullptr;
+    }
+#endif
     memory.odometry = client::Odometry{0, 0, 0};
     memory.crc =
         static_cast<uint16_t>(CheckOf(memory.odometry) + (parameters_.pose_lost ? 1u : 0u));

@@ -22,6 +22,7 @@
 #pragma once
 
 #include <Arduino.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "client_fw/boards/arduino/link.h"
@@ -31,6 +32,7 @@
 #include "client_fw/core/base/moment.h"
 #include "client_fw/core/steering/behaviour.h"
 #include "client_fw/core/steering/parameters.h"
+#include "protocol/signing.h"
 
 namespace pheromone {
 namespace arduino {
@@ -93,6 +95,18 @@ class Pheromone {
   /// From setup(), before begin().
   void led(uint8_t pin) { board_.led_pin = Output(pin); }
   void load(uint8_t pin) { board_.load_pin = Output(pin); }
+  /// The robot's, 16 bytes that outlive it: from then on it signs its frames, and believes signed
+  /// ones only. Before begin(). A key belongs to one board and one ID, and to this EEPROM: its
+  /// numbers begin anew in another one, or once it was erased.
+  template <size_t kSize>
+  void key(const uint8_t (&bytes)[kSize]) {
+    static_assert(kSize == protocol::kAesBlock, "a key has 16 bytes");
+    static_assert(kSize == 0 || protocol::kHasSigning,
+                  "this library was compiled without: README.md, \"Signed links\"");
+#if PHEROMONE_SIGNING
+    parameters_.key = bytes;
+#endif
+  }
 
   /// Both must outlive the robot. Takes a third of a second at most, for the boot number in EEPROM.
   void begin(PheromoneLink& link, PheromoneWheels& wheels,

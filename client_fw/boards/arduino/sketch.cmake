@@ -1,7 +1,10 @@
 # Compiles an example of the library as Arduino's IDE does it, without warnings from our sources:
 #
 #   cmake -DSKETCH=UnoRadio -DBOARD=arduino:avr:uno [-DLIBRARY=build/arduino/Pheromone]
-#         [-DBUILD=build/arduino/UnoRadio] [-DTO=uno.elf] -P client_fw/boards/arduino/sketch.cmake
+#         [-DBUILD=build/arduino/UnoRadio] [-DTO=uno.elf] [-DFLAGS=-DPHEROMONE_SIGNING=1]
+#         -P client_fw/boards/arduino/sketch.cmake
+#
+# FLAGS are for all files, those of the library too.
 #
 # Debian 12's core does not compile with Debian 12's compiler by itself, since that does not define
 # DECIMAL_DIG for C++11; Arduino's own tool chain needs no such option.
@@ -23,7 +26,7 @@ execute_process(
           -hardware ${hardware} -hardware /usr/share/arduino-builder -tools ${BUILD}/tools
           -built-in-libraries ${hardware}/arduino/avr/libraries -libraries ${BUILD}/library
           -libraries ${CMAKE_CURRENT_LIST_DIR}/testing/libraries -build-path ${BUILD}/sketch
-          -prefs=compiler.cpp.extra_flags=-DDECIMAL_DIG=__DECIMAL_DIG__
+          "-prefs=compiler.cpp.extra_flags=-DDECIMAL_DIG=__DECIMAL_DIG__ ${FLAGS}"
           ${LIBRARY}/examples/${SKETCH}/${SKETCH}.ino
   RESULT_VARIABLE status OUTPUT_VARIABLE out ERROR_VARIABLE err)
 if(NOT status EQUAL 0 OR "${out}${err}" MATCHES "Pheromone/[^\n]*warning:")

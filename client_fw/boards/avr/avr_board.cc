@@ -2,6 +2,9 @@
 
 #include <avr/interrupt.h>
 
+#include "protocol/byte_order.h"
+#include "protocol/crc16.h"
+
 namespace pheromone {
 namespace client {
 
@@ -26,6 +29,18 @@ uint16_t AvrBoard::diagnostic(uint8_t id) const {
   return id == kResetCause                                        ? reset_cause_
          : id == kRadioFramingErrors || id == kRobotFramingErrors ? uart.framing_errors
                                                                   : uart.overruns;
+}
+
+bool AvrBoard::load_key(uint8_t* to) {
+  enum : uint8_t { kKeySize = 16, kSize = kKeySize + 2 };
+  uint8_t record[kSize];
+  for (uint8_t i = 0; i < kSize; ++i) {
+    record[i] = Eeprom::ReadFar(kKeyAddress + i);
+  }
+  for (uint8_t i = 0; i < kKeySize; ++i) {
+    to[i] = record[i];
+  }
+  return protocol::GetU16(record + kKeySize) == protocol::Check(record, kKeySize);
 }
 
 uint8_t AvrBoard::id() const {

@@ -63,6 +63,8 @@ class AvrBoard {
   // Also required by client_fw/boards/firmware.h.
   /// There is one size, that of Settings.
   bool load_settings(uint8_t* to, uint8_t /*size*/) { return nonvolatile_.Load(to); }
+  /// 16 bytes; false if there is no key.
+  static bool load_key(uint8_t* to);
   bool saved() const { return nonvolatile_.saved(); }
   uint16_t saves() const { return nonvolatile_.version(); }
   /// 1 to 254.

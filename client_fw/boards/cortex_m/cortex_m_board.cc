@@ -29,12 +29,15 @@ void SetPin(uint32_t pin, bool high) {
 
 }  // namespace
 
+#if !PHEROMONE_SIGNING
 uint8_t ResetProofRam::bytes[256] __attribute__((section(".noinit")));
+#endif
 
 void CortexMBoard::Start() {
   ram_was_kept_ = kept[0] == kKept[0] && kept[1] == kKept[1];
   kept[0] = kKept[0];
   kept[1] = kKept[1];
+  CortexMStorage::Begin();
   Gpio().output_enable_set = kPtt | kLoad | kLed;
   Watchdog().load = kWatchdogCycles;
   Watchdog().control = 3;

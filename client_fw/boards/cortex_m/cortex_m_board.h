@@ -9,7 +9,8 @@
 //
 // This board has no EEPROM. RAM is used instead, which survives resets but not a loss of power:
 // settings are then lost, and nonces begin at 1 again, so that "at most once" does not hold after a
-// power loss. A board of your own needs a Storage (nonvolatile.h) that survives it.
+// power loss. A board of your own needs a Storage (nonvolatile.h) that survives it. So does
+// signing: images with it use a file of QEMU's host (semihosted_eeprom.h).
 //
 // For the main loop, except where marked for interrupts.
 #pragma once
@@ -18,22 +19,32 @@
 
 #include "client_fw/boards/cortex_m/interrupt_uart.h"
 #include "client_fw/boards/cortex_m/registers.h"
+#include "client_fw/boards/cortex_m/semihosted_eeprom.h"
 #include "client_fw/boards/nonvolatile.h"
 #include "client_fw/core/base/moment.h"
 #include "client_fw/core/steering/diagnostics.h"
 #include "client_fw/core/steering/parameters.h"
+#include "protocol/signing.h"
 
 namespace pheromone {
 namespace client {
 
+#if PHEROMONE_SIGNING
+using CortexMStorage = SemihostedEeprom;
+#else
 /// RAM used as the EEPROM.
 struct ResetProofRam {
+  static void Begin() {}
   static bool Ready() { return true; }
   static uint8_t Read(uint8_t at) { return bytes[at]; }
   static void Write(uint8_t at, uint8_t value) { bytes[at] = value; }
 
+  static bool LoadKey(uint8_t* /*to*/) { return false; }
+
   static uint8_t bytes[256];
 };
+using CortexMStorage = ResetProofRam;
+#endif
 
 class CortexMBoard {
  public:
@@ -66,6 +77,7 @@ class CortexMBoard {
 
   // Also required by client_fw/boards/firmware.h.
   bool load_settings(uint8_t* to, uint8_t /*size*/) { return nonvolatile_.Load(to); }
+  static bool load_key(uint8_t* to) { return CortexMStorage::LoadKey(to); }
   bool saved() const { return nonvolatile_.saved(); }
   uint16_t saves() const { return nonvolatile_.version(); }
   uint8_t id() const;
@@ -88,7 +100,7 @@ class CortexMBoard {
  private:
   InterruptUart radio_{0};
   InterruptUart robot_{1};
-  Nonvolatile<ResetProofRam, kSettingsSize> nonvolatile_;
+  Nonvolatile<CortexMStorage, kSettingsSize> nonvolatile_;
   volatile uint32_t now_ms_ = 0;
   uint16_t lead_ms_ = 0;
   uint16_t tail_ms_ = 0;

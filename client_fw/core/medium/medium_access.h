@@ -59,10 +59,11 @@ struct MediumState {  // NOLINT(cppcoreguidelines-pro-type-member-init): MediumS
 };
 
 /// The period in ms in which this robot and all that it hears find time for an exchange each by
-/// contention: 26 bytes, the turnarounds and the server's delay, and two slots in which to find an
-/// order.
-inline uint32_t ContentionPeriodMs(const MediumState& medium, uint32_t baud) {
-  const uint32_t each_ms = BytesMs(26, baud) + medium.window_ms + 2u * medium.slot_ms;
+/// contention: 26 bytes and what signing adds to them, the turnarounds and the server's delay, and
+/// two slots in which to find an order.
+inline uint32_t ContentionPeriodMs(const MediumState& medium, uint32_t baud, uint8_t added = 0) {
+  const uint16_t bytes = static_cast<uint16_t>(26 + added);
+  const uint32_t each_ms = BytesMs(bytes, baud) + medium.window_ms + 2u * medium.slot_ms;
   return (medium.census.robots() + 1u) * each_ms - 2u * medium.slot_ms;
 }
 

@@ -70,6 +70,9 @@ class Rounds : private RoundVariables {
   /// some are ours.
   bool Grant(const uint8_t* data);
 
+  /// Takes no turn in this round.
+  void Decline() { values_.turns = 0; }
+
   /// A frame of another robot: its turn is over with it.
   void OnFrameOf(uint8_t id);
   /// Whether it is our turn; each one is told once. `receiving`: a frame of somebody else, which

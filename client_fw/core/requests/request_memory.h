@@ -1,7 +1,8 @@
 // What must survive a warm reset: the requests, so that each is executed exactly once; the last
 // COMMAND, so that a repetition of it is recognised (protocol/README.md, sections 7 and 8); HALT
-// and the load, values that are not stored, and where on the map odometry starts. A board keeps it
-// in RAM that a reset does not clear (.noinit):
+// and the load, values that are not stored, and where on the map odometry starts; and how many
+// HELLOs were signed, whose numbers must not be used again (section 18). A board keeps it in RAM
+// that a reset does not clear (.noinit):
 //
 //   if (!ram_was_kept || !Restore(&memory)) {
 //     memory = RequestMemory();
@@ -22,6 +23,7 @@
 
 #include "client_fw/core/base/angle.h"
 #include "client_fw/core/requests/tag_exchange.h"
+#include "client_fw/core/signing/signing.h"
 
 namespace pheromone {
 namespace client {
@@ -48,6 +50,9 @@ struct RequestValues {
   uint8_t tag_length;
   uint8_t tag_data[kMaxTagRequest];  ///< of a request of TAG with a seq
   bool numbered;                     ///< seq is this boot's own: HELLO has been answered
+#if PHEROMONE_SIGNING
+  uint16_t hellos_signed;  ///< under this nonce: the number of the next one
+#endif
 };
 
 /// Plain memory, zeroed by the caller when it cannot be trusted. Only Conversation and Behaviour

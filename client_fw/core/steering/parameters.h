@@ -6,6 +6,7 @@
 
 #include "client_fw/core/base/angle.h"
 #include "client_fw/core/base/outlined.h"
+#include "client_fw/core/signing/signing.h"
 #include "client_fw/core/steering/settings.h"
 
 namespace pheromone {
@@ -30,6 +31,11 @@ struct Parameters : Settings {
   bool buffered_link = false;     ///< pty, TCP, UDP, USB: answers may be late, so resynchronise
   uint8_t firmware_version = 1;   ///< sent in HELLO
   bool rounds = true;             ///< asks for turns, where the server grants them
+#if PHEROMONE_SIGNING
+  const uint8_t* key = nullptr;  ///< the robot's, 16 bytes; null: frames are not signed
+#else
+  static constexpr const uint8_t* key = nullptr;
+#endif
 };
 
 }  // namespace client

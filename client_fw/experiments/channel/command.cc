@@ -30,6 +30,7 @@ struct ChannelOptions {
   double byte_error_percent = 0;
   int fail_safe_ms = 480;
   int period_ms = 200;
+  bool is_signed = false;
   bool together = false;
   uint64_t seed = 1;
   bool json = false;
@@ -189,6 +190,7 @@ int RunOnce(const ChannelOptions& options) {
   experiment.air.byte_error = options.byte_error_percent / 100;
   experiment.fail_safe_ms = static_cast<uint16_t>(options.fail_safe_ms);
   experiment.period_ms = static_cast<uint16_t>(options.period_ms);
+  experiment.is_signed = options.is_signed;
   experiment.together = options.together;
   experiment.duration_ms = static_cast<int64_t>(options.duration_s * 1000);
   experiment.timing.baud = options.baud;
@@ -326,6 +328,10 @@ void AddChannelCommand(CLI::App* app, int* status) {
       ->check(WholeNumber(0, 30'000))
       ->needs(json)
       ->type_name("MS");
+  command
+      ->add_flag("--signed", options->is_signed,
+                 "All frames are signed (protocol/README.md, section 18)")
+      ->needs(json);
   command->add_flag("--together", options->together, "Switch all robots on at the same time")
       ->needs(json);
   command->add_option("--seed", options->seed, "Of the run that --json reports (default: 1)")

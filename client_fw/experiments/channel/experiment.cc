@@ -12,6 +12,7 @@
 #include "client_fw/experiments/channel/delivery.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
+#include "protocol/signing.h"
 #include "server/base/hash.h"
 
 namespace pheromone::swarm {
@@ -143,6 +144,11 @@ std::function<double(int, int, int64_t)> PathError(const ChannelExperiment& expe
   };
 }
 
+ExchangeSize ExchangeOf(const ChannelExperiment& experiment) {
+  const int added = experiment.is_signed ? protocol::kSignature : 0;
+  return {kSenseExchange.request + added, kSenseExchange.answer + added};
+}
+
 // The share of exchanges of which both frames arrive, in the mean of the robots.
 double WholeExchanges(const ChannelExperiment& experiment) {
   const Air& air = experiment.air;
@@ -152,10 +158,10 @@ double WholeExchanges(const ChannelExperiment& experiment) {
     const double next = air.burst_bytes > 1 ? 1 - begins : 1 - air.byte_error;
     return (1 - air.byte_error) * std::pow(next, bytes - 1) * std::pow(1 - besides, bytes);
   };
-  const double good = frame(kSenseExchange.request, air.to_server) *
-                      frame(kSenseExchange.answer, air.from_server) * (air.fades ? 0.9 : 1.0);
-  const double bad =
-      good * std::pow(1 - air.bad_robot, kSenseExchange.request + kSenseExchange.answer);
+  const ExchangeSize size = ExchangeOf(experiment);
+  const double good = frame(size.request, air.to_server) * frame(size.answer, air.from_server) *
+                      (air.fades ? 0.9 : 1.0);
+  const double bad = good * std::pow(1 - air.bad_robot, size.request + size.answer);
   return (good * (experiment.robots - 1) + bad) / experiment.robots;
 }
 
@@ -177,6 +183,7 @@ SimulationConfig SetUp(const ChannelExperiment& experiment, uint64_t seed) {
   config.server.keyed = experiment.timing.keyed;
   config.server.lead_ns = experiment.timing.lead_ns;
   const auto first_id = static_cast<int>(random() % 100);
+  std::mt19937_64 keys(~seed);  // another one, so that all else is as in a run without
   for (int i = 0; i < experiment.robots; ++i) {
     RobotConfig robot;
     robot.client.id = static_cast<uint8_t>(1 + first_id + i);
@@ -193,6 +200,11 @@ SimulationConfig SetUp(const ChannelExperiment& experiment, uint64_t seed) {
     const auto power_on_ms = static_cast<int64_t>(random() % kSwitchedOnWithinMs);
     robot.power_on_ms = experiment.together ? 0 : power_on_ms;
     config.robots.push_back(robot);
+    if (experiment.is_signed) {
+      signing::Key key{};
+      std::generate(key.begin(), key.end(), [&] { return static_cast<uint8_t>(keys()); });
+      config.keys.emplace(robot.client.id, key);
+    }
   }
   for (int i = 0; i < experiment.hidden_pairs && 2 * i + 1 < experiment.robots; ++i) {
     config.hidden_pairs.emplace_back(2 * i, 2 * i + 1);
@@ -274,6 +286,13 @@ ChannelRun MeasureChannel(const ChannelExperiment& experiment, uint64_t seed) {
   }
   run.collided_blocks = simulation.medium().counters().collided_blocks;
   run.late_answers = simulation.server().counters().late_answers;
+  if (experiment.is_signed) {
+    const signing::SigningCounters& refused = simulation.signing().counters();
+    run.refused = refused.unsigned_frames + refused.unknown_robots + refused.wrong_tags;
+    for (size_t i = 0; i < simulation.robot_count(); ++i) {
+      run.refused += simulation.robot(i).counters().forged;
+    }
+  }
   run.utilisation = simulation.medium().Utilisation();
   run.hash = HashOf(run, simulation.state_hash());
   return run;
@@ -283,8 +302,8 @@ ChannelSummary Summarise(const ChannelExperiment& experiment, const std::vector<
   ChannelSummary sum;
   sum.experiment = experiment;
   sum.seeds = static_cast<int>(runs.size());
-  sum.peak = experiment.timing.PeakRate(kSenseExchange);
-  sum.ideal = experiment.timing.IdealRate(kSenseExchange, experiment.robots);
+  sum.peak = experiment.timing.PeakRate(ExchangeOf(experiment));
+  sum.ideal = experiment.timing.IdealRate(ExchangeOf(experiment), experiment.robots);
   const double peak_s = 1 / sum.peak + static_cast<double>(experiment.timing.adapter_ns) * 1e-9;
   sum.lossy_bound = WholeExchanges(experiment) / peak_s;
   if (experiment.period_ms != 0) {

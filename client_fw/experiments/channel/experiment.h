@@ -52,6 +52,7 @@ struct ChannelExperiment {
   int hidden_pairs = 0;         ///< of robots that do not hear each other, the first ones
   double frame_loss = 0;        ///< of each listener
   Air air = {};
+  bool is_signed = false;        ///< the link requires signed frames, and all robots have keys
   bool together = false;         ///< all are switched on at 0, instead of within a second
   int64_t duration_ms = 60'000;  ///< counted, after the warm-up
   ChannelTiming timing = {};
@@ -76,6 +77,7 @@ struct ChannelRun {
   uint64_t requests = 0;              ///< since the start, retries included
   uint64_t collided_blocks = 0;       ///< since the start
   uint64_t late_answers = 0;          ///< that the server did not send
+  uint64_t refused = 0;               ///< frames with a wrong tag, or without one, at both ends
   double utilisation = 0;
   uint64_t hash = 0;  ///< of all figures above and the engine's state
 };

@@ -137,13 +137,13 @@ std::string AirToCsv(const std::vector<ChannelSummary>& rows) {
 std::string ToJson(const ChannelSummary& row) {
   const ChannelExperiment& e = row.experiment;
   return fmt::format(
-      "{{\"access\": \"{}\", \"robots\": {}, \"simple\": {}, \"baud\": {}, "
+      "{{\"access\": \"{}\", \"signed\": {}, \"robots\": {}, \"simple\": {}, \"baud\": {}, "
       "\"turnaround_ms\": {}, \"exchanges_per_s\": {:.2f}, \"share_of_c1\": {:.4f}, "
       "\"delivered\": {}, \"p50_ms\": {}, \"p99_ms\": {}, \"longest_gap_ms\": {}, "
       "\"fail_safe_stops\": {}, \"time_to_order_ms\": {}, \"pose_age_p50_ms\": {}, "
       "\"worst_robot_of_mean\": {:.3f}}}\n",
-      NameOf(e.access), e.robots, e.simple, e.timing.baud, ToMs(e.timing.turnaround_ns),
-      row.goodput, row.goodput / row.peak,
+      NameOf(e.access), e.is_signed, e.robots, e.simple, e.timing.baud,
+      ToMs(e.timing.turnaround_ns), row.goodput, row.goodput / row.peak,
       e.period_ms != 0 ? fmt::format("{:.4f}", row.delivered) : "null", row.p50_ms, row.p99_ms,
       row.longest_gap_ms, row.fail_safe_stops, row.time_to_order_ms, row.pose_age_p50_ms,
       row.worst_robot_share);

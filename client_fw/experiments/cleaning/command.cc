@@ -23,6 +23,8 @@ namespace pheromone::swarm {
 namespace {
 
 constexpr int64_t kTrackSampleMs = 1000;
+constexpr char kKeysHelp[] =
+    "With --daemon: sign frames with the robots' keys in this file, which is like the server's";
 
 struct CleaningOptions {
   CleaningExperiment base;
@@ -41,6 +43,7 @@ struct CleaningOptions {
   std::string floor;
   bool server_config = false;
   std::vector<std::string> ports;
+  std::string keys;
   ProveOptions prove;
   std::string out;
 };
@@ -106,10 +109,10 @@ int RunOnce(const CleaningOptions& options) {
       fmt::print(Unescaped(stderr), "\r{} of {:.0f} s\x1b[K", second, options.seconds);
     }
   };
-  const Result<CleaningRun> done =
-      options.ports.empty()
-          ? RunCleaning(experiment, options.seed, on_second)
-          : RunCleaningLive(experiment, options.seed, options.ports, StopOnSignals(), on_second);
+  const Result<CleaningRun> done = options.ports.empty()
+                                       ? RunCleaning(experiment, options.seed, on_second)
+                                       : RunCleaningLive(experiment, options.seed, options.ports,
+                                                         options.keys, StopOnSignals(), on_second);
   if (progress) {
     fmt::print(Unescaped(stderr), "\r\x1b[K");
   }
@@ -180,15 +183,16 @@ void AddFloorOptions(CLI::App* command, const std::vector<CLI::Option*>& in_file
       "--server-config", options->server_config,
       "Print the configuration of a server for --daemon, with a tag in each zone, and end");
   server->excludes(sweep);
-  command
-      ->add_option("--daemon", options->ports,
-                   "Run in real time against a running server of that configuration: for each "
-                   "channel, the terminal device of its link")
-      ->delimiter(',')
+  CLI::Option* daemon = command->add_option(
+      "--daemon", options->ports,
+      "Run in real time against a running server of that configuration: for each channel, the "
+      "terminal device of its link");
+  daemon->delimiter(',')
       ->check(TerminalDevice())
       ->type_name("PORT[,PORT...]")
       ->excludes(sweep)
       ->excludes(server);
+  command->add_option("--keys", options->keys, kKeysHelp)->type_name("FILE")->needs(daemon);
   // A proof is about what the file says.
   for (CLI::Option* option : command->get_options()) {
     if (option != prove && option != command->get_help_ptr() && option->get_name() != "--out") {

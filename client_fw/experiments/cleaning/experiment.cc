@@ -252,6 +252,7 @@ CleaningRun RunCleaning(const CleaningExperiment& experiment, uint64_t seed,
 
 Result<CleaningRun> RunCleaningLive(const CleaningExperiment& experiment, uint64_t seed,
                                     const std::vector<std::string>& ports,
+                                    const std::string& keys_file,
                                     const volatile std::sig_atomic_t* stop,
                                     const std::function<void(int64_t second)>& on_second) {
   if (ports.size() != static_cast<size_t>(experiment.channels)) {
@@ -265,6 +266,7 @@ Result<CleaningRun> RunCleaningLive(const CleaningExperiment& experiment, uint64
     robot.client.buffered_link = true;
     robot.client.gap_timeout_ms = kBufferedGapMs;
   }
+  PHEROMONE_TRY(const keys::RobotsKeys robots_keys, SignWith(keys_file, &config));
   LiveSwarm live(config, ports, experiment.timing.adapter_ns);
   if (const Status opened = live.Open(); !opened.ok()) {
     return opened.error();

@@ -91,9 +91,10 @@ CleaningRun RunCleaning(const CleaningExperiment& experiment, uint64_t seed,
 
 /// In real time against a running server with the configuration of ServerText: port i leads to its
 /// link for channel i. Ends early if `*stop` is not 0, a signal handler's doing. Errors: a port
-/// that cannot be opened, another number of ports than channels.
+/// that cannot be opened, another number of ports than channels, those of SignWith (swarm/live.h).
 Result<CleaningRun> RunCleaningLive(const CleaningExperiment& experiment, uint64_t seed,
                                     const std::vector<std::string>& ports,
+                                    const std::string& keys_file,
                                     const volatile std::sig_atomic_t* stop,
                                     const std::function<void(int64_t second)>& on_second = {});
 

@@ -74,6 +74,7 @@ struct TrailsOptions {
   bool by_robots = false;
   bool frames = false;
   std::vector<std::string> ports;
+  std::string keys;
   std::string out;
 };
 
@@ -196,7 +197,7 @@ int RunDriven(const TrailsOptions& options, const TrailsBench& bench, const Trai
     }
   };
   const Result<TrailsRun> run =
-      live ? RunTrailsLive(bench, experiment, options.ports, StopOnSignals(), show)
+      live ? RunTrailsLive(bench, experiment, options.ports, options.keys, StopOnSignals(), show)
            : RunTrails(bench, experiment, options.seed, show);
   if (shown) {
     line.End();
@@ -413,15 +414,21 @@ void AddTrailsCommand(CLI::App* app, int* status) {
       ->excludes(sweep);
   command->add_flag("--frames", options->frames,
                     "Print the [[frame]] that a server needs for each AVR robot");
-  command
-      ->add_option("--daemon", options->ports,
-                   "Run in real time against a running server of the same configuration: for each "
-                   "channel, the terminal device of its link")
-      ->delimiter(',')
+  CLI::Option* daemon = command->add_option(
+      "--daemon", options->ports,
+      "Run in real time against a running server of the same configuration: for each channel, the "
+      "terminal device of its link");
+  daemon->delimiter(',')
       ->check(TerminalDevice())
       ->type_name("PORT[,PORT...]")
       ->excludes(timetable)
       ->excludes(sweep);
+  command
+      ->add_option("--keys", options->keys,
+                   "With --daemon: sign frames with the robots' keys in this file, which is like "
+                   "the server's")
+      ->type_name("FILE")
+      ->needs(daemon);
   command->add_option("--out", options->out, "Folder for CSV files");
   command->footer("Exit status 1: robots touched, a record was refused, or a deposit was lost.");
   command->callback([=] { *status = Run(*options); });

@@ -48,14 +48,16 @@ class Watch {
       swarm_.robots.push_back(RobotAt(bench.QueuePlace(i), i, static_cast<uint16_t>(random())));
     }
     swarm_.add_listener = [this](size_t /*channel*/, sim::RadioMedium* medium) {
-      medium->AddStation(
-          &tallies_.emplace_back([this](const NetTold& told) { run_.ledger.Add(told); }));
+      medium->AddStation(&tallies_.emplace_back(
+          [this](const NetTold& told) { run_.ledger.Add(told); }, is_signed_));
     };
   }
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
 
   SwarmConfig& config() { return swarm_; }
+  /// Before there is a channel.
+  void set_signed(bool is_signed) { is_signed_ = is_signed; }
   TrailsRun& run() { return run_; }
 
   bool IsDone(int64_t now_ms) const {
@@ -118,6 +120,7 @@ class Watch {
 
   const TrailsExperiment& experiment_;
   Bodies bodies_;
+  bool is_signed_ = false;
   std::deque<NetTally> tallies_;  // a deque, because media point at them
   SwarmConfig swarm_;
   TrailsRun run_;
@@ -200,7 +203,7 @@ Result<TrailsRun> RunTrails(const TrailsBench& bench, const TrailsExperiment& ex
 }
 
 Result<TrailsRun> RunTrailsLive(const TrailsBench& bench, const TrailsExperiment& experiment,
-                                const std::vector<std::string>& ports,
+                                const std::vector<std::string>& ports, const std::string& keys_file,
                                 const volatile std::sig_atomic_t* stop, const ShowTrails& show) {
   if (ports.size() != static_cast<size_t>(experiment.channel_count())) {
     return Error{fmt::format("{} ports for {} channels, expected one for each", ports.size(),
@@ -213,6 +216,8 @@ Result<TrailsRun> RunTrailsLive(const TrailsBench& bench, const TrailsExperiment
     robot.client.rounds = false;
     robot.client.gap_timeout_ms = kBufferedGapMs;
   }
+  PHEROMONE_TRY(const keys::RobotsKeys robots_keys, SignWith(keys_file, &watch.config()));
+  watch.set_signed(!robots_keys.keys.empty());
   LiveSwarm live(watch.config(), ports, experiment.timing.adapter_ns);
   if (const Status opened = live.Open(); !opened.ok()) {
     return opened.error();

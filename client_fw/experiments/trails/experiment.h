@@ -61,9 +61,9 @@ Result<TrailsRun> RunTrails(const TrailsBench& bench, const TrailsExperiment& ex
 
 /// In real time, against a daemon of the bench's configuration: port i leads to its link for
 /// channel i. There are no samples. Ends as soon as `*stop` is not 0, too. Errors: the number of
-/// ports is not that of channels, or a port cannot be opened.
+/// ports is not that of channels, or a port cannot be opened; those of SignWith (swarm/live.h).
 Result<TrailsRun> RunTrailsLive(const TrailsBench& bench, const TrailsExperiment& experiment,
-                                const std::vector<std::string>& ports,
+                                const std::vector<std::string>& ports, const std::string& keys_file,
                                 const volatile std::sig_atomic_t* stop, const ShowTrails& show);
 
 /// The poses where robots with an AVR's image are switched on, which the server has to know

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "protocol/byte_order.h"
+#include "protocol/frame.h"
+#include "protocol/signing.h"
 #include "protocol/tag_messages.h"
 
 namespace pheromone::swarm {
@@ -27,12 +29,15 @@ void PutRecord(const Record& record, int32_t* words) {
 // What a robot and the server say on a channel.
 class Talk {
  public:
-  Talk() : ledger(2), tally_([this](const NetTold& told) { ledger.Add(told); }) {}
+  explicit Talk(bool is_signed = false)
+      : ledger(2),
+        tally_([this](const NetTold& told) { ledger.Add(told); }, is_signed),
+        is_signed_(is_signed) {}
 
   void Name(uint8_t id, int32_t number) {
     protocol::Message message;
     Encode(protocol::SymbolAnswer{id, 1, protocol::SymbolKind::kRobot, number}, &message);
-    tally_.Hear(message, now_ms);
+    Hear(message);
   }
   void Write(uint8_t id, uint8_t seq, NetAction action, uint16_t amount = 0) {
     protocol::TagWriteRequest write;
@@ -41,7 +46,7 @@ class Talk {
     PutRecord(protocol::RobotRecord{kHash, seq, action, 1, amount, 0}, write.words);
     protocol::Message message;
     Encode(write, &message);
-    tally_.Hear(message, now_ms);
+    Hear(message);
   }
   void Read(uint8_t id, int32_t number, uint8_t seq, NetOutcome outcome, uint16_t amount = 0) {
     protocol::TagReadAnswer read;
@@ -52,7 +57,7 @@ class Talk {
               read.words + protocol::kWordSubjectNamespace);
     protocol::Message message;
     Encode(read, &message);
-    tally_.Hear(message, now_ms);
+    Hear(message);
   }
   void Do(uint8_t id, int32_t number, uint8_t seq, NetAction action, uint16_t amount = 0) {
     Write(id, seq, action, amount);
@@ -63,7 +68,23 @@ class Talk {
   int64_t now_ms = 0;
 
  private:
+  void Hear(protocol::Message message) {
+    if (!is_signed_) {
+      tally_.Hear(message, now_ms);
+      return;
+    }
+    for (int i = 0; i < protocol::kSignature; ++i) {
+      message.data[message.length++] = 0xA5;
+    }
+    uint8_t frame[protocol::kMaxFrame];
+    const size_t size = protocol::EncodeFrame(message, frame, sizeof frame);
+    for (size_t i = 0; i < size; ++i) {
+      tally_.OnByte(frame[i], now_ms * 1'000'000);
+    }
+  }
+
   NetTally tally_;
+  bool is_signed_;
 };
 
 TEST(TrailsLedgerTest, ARoundTripIsChoiceDepositAndHome) {
@@ -90,6 +111,18 @@ TEST(TrailsLedgerTest, ARoundTripIsChoiceDepositAndHome) {
                                                    .amount = 44}));
   EXPECT_EQ(talk.ledger.taken(), 60u);
   EXPECT_EQ(talk.ledger.deposited(), 44u);
+}
+
+TEST(TrailsLedgerTest, SignedFramesCountLikeOthers) {
+  Talk talk(/*is_signed=*/true);
+  talk.Name(1, 15);
+  talk.now_ms = 100;
+  talk.Do(1, 15, 1, NetAction::kChooseB);
+  EXPECT_EQ(talk.ledger.robots_on(BenchTrail::kB), 1);
+  talk.now_ms = 500;
+  talk.Do(1, 15, 2, NetAction::kStoreB, 44);
+  ASSERT_EQ(talk.ledger.deposits().size(), 1u);
+  EXPECT_EQ(talk.ledger.deposits()[0].stored_ms, 500);
 }
 
 TEST(TrailsLedgerTest, AnOutcomeCountsOnceAndForItsRobotOnly) {

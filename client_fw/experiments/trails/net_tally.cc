@@ -3,6 +3,7 @@
 #include <array>
 
 #include "protocol/byte_order.h"
+#include "protocol/signing.h"
 #include "protocol/tag_messages.h"
 
 namespace pheromone::swarm {
@@ -32,7 +33,8 @@ std::optional<Record> RecordIn(const int32_t* words) {
 void NetTally::OnByte(uint8_t byte, int64_t time_ns) {
   const int64_t time_ms = time_ns / 1'000'000;
   if (decoder_.Push(byte, static_cast<uint32_t>(time_ms))) {
-    Hear(decoder_.message(), time_ms);
+    const protocol::Message& heard = decoder_.message();
+    Hear(is_signed_ ? protocol::WithoutSignature(heard) : heard, time_ms);
   }
 }
 

@@ -32,11 +32,13 @@ struct NetTold {
 
 class NetTally final : public sim::Station {
  public:
-  explicit NetTally(std::function<void(const NetTold&)> tell) : tell_(std::move(tell)) {}
+  /// `is_signed`: the channel's frames have signatures, which are not verified.
+  explicit NetTally(std::function<void(const NetTold&)> tell, bool is_signed = false)
+      : tell_(std::move(tell)), is_signed_(is_signed) {}
 
   void OnByte(uint8_t byte, int64_t time_ns) override;
   void OnTransmitted(int64_t /*time_ns*/) override {}
-  /// A message that is not on the air.
+  /// A message that is not on the air, and not signed.
   void Hear(const protocol::Message& message, int64_t time_ms);
 
  private:
@@ -50,6 +52,7 @@ class NetTally final : public sim::Station {
   static constexpr uint16_t kGapTimeoutMs = 20;
 
   std::function<void(const NetTold&)> tell_;
+  bool is_signed_;
   protocol::FrameDecoder decoder_{kGapTimeoutMs};
   std::map<uint8_t, Robot> robots_;
 };

@@ -6,6 +6,7 @@
 #include "client_fw/lab/firmware/channel.h"
 #include "client_fw/lab/firmware/engine_server.h"
 #include "client_fw/lab/phases.h"
+#include "protocol/signing.h"
 #include "server/base/hash.h"
 #include "server/core/engine/wire_units.h"
 #include "server/robots/radio/rounds.h"
@@ -59,6 +60,10 @@ FirmwareSwarm::FirmwareSwarm(FirmwareConfig config)
     robot.id = static_cast<uint8_t>(1 + i % config_.server->robots_of_link());
     robot.start = client::Pose{0, 0, 0};
     robot.boot_counter = static_cast<uint16_t>(Hash64({config_.seed, i, 'b'}));
+    if (const RobotSigning signing = config_.server->signing(i); signing.key != nullptr) {
+      robot.key = signing.key;
+      robot.boot_counter = signing.start;
+    }
     robot.start_released = true;
     robot.wide = wide;
     robot.buffered_link = !in_process;
@@ -96,6 +101,11 @@ Status FirmwareSwarm::Act(const PheromoneView& view, const PheromoneActions& act
   return Ok();
 }
 
+protocol::Message FirmwareSwarm::Unsigned(size_t i, const protocol::Message& message) const {
+  return lives_[i].robot.state().parameters.key != nullptr ? protocol::WithoutSignature(message)
+                                                           : message;
+}
+
 // One turn of its loop; what it sends goes to the engine.
 void FirmwareSwarm::Turn(size_t i, int64_t at_ms) {
   Life& life = lives_[i];
@@ -115,7 +125,7 @@ void FirmwareSwarm::Live(size_t i, int64_t now_ms) {
     mail_[i] = Mail::kNone;
     if (link_) {
       HearRound(&life, now_ms, false, std::nullopt);
-    } else if (HasIntensities(radio::InRound(messages_[i]))) {
+    } else if (HasIntensities(radio::InRound(Unsigned(i, messages_[i])))) {
       ++answers_;
     }
   }
@@ -204,8 +214,9 @@ Result<StepOutcome> FirmwareSwarm::EndStep(uint64_t now_ms) {
   }
   PHEROMONE_TRY_STATUS(config_.server->Exchange(static_cast<int64_t>(now_ms), sent_, &received_));
   for (const auto& [i, message] : received_) {
-    if (mail_[i] == Mail::kAsked && IsAnswer(messages_[i], message)) {
-      CountDeposit(messages_[i], message, field() != nullptr, &outcome);
+    const protocol::Message said = Unsigned(i, message);
+    if (mail_[i] == Mail::kAsked && IsAnswer(messages_[i], said)) {
+      CountDeposit(Unsigned(i, messages_[i]), said, field() != nullptr, &outcome);
       messages_[i] = message;
       mail_[i] = Mail::kAnswered;
     } else {

@@ -73,6 +73,8 @@ class FirmwareSwarm final : public Behaviour {
 
   FirmwareSwarm(FirmwareConfig config);
   void Live(size_t i, int64_t now_ms);
+  /// What a message from or to the robot says, without what signing has added.
+  protocol::Message Unsigned(size_t i, const protocol::Message& message) const;
   void TakeTurn(size_t i);
   void Answer(size_t i, int64_t at_ms);
   void HearRound(Life* life, int64_t at_ms, bool grant,

@@ -21,6 +21,12 @@ struct RobotMessage {
   protocol::Message message;
 };
 
+/// With what a robot signs its frames.
+struct RobotSigning {
+  const uint8_t* key = nullptr;  ///< 16 bytes, that outlive the robot; null: it does not sign
+  uint16_t start = 0;            ///< its nonce, which nobody has used with this key
+};
+
 class Server {
  public:
   Server() = default;
@@ -30,6 +36,7 @@ class Server {
 
   /// Robots have consecutive links and IDs: so many to a link, 1 to kMaxRobotsOfLink.
   virtual size_t robots_of_link() const = 0;
+  virtual RobotSigning signing(size_t /*robot*/) const { return {}; }
   /// Takes what robots sent in the step that ends now, in the order of their numbers, and appends
   /// what was sent to robots. An error ends the run.
   virtual Status Exchange(int64_t now_ms, std::span<const RobotMessage> sent,

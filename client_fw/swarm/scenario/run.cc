@@ -110,13 +110,16 @@ SwarmRecord RunScenario(const Scenario& scenario, const std::function<void(int64
 }
 
 Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<std::string>& ports,
-                                    LinkKind links, const volatile std::sig_atomic_t* stop,
+                                    const std::string& keys_file, LinkKind links,
+                                    const volatile std::sig_atomic_t* stop,
                                     const std::function<void(const LiveSwarm&)>& show) {
   if (ports.size() != static_cast<size_t>(scenario.channels)) {
     return Error{fmt::format("{} has {} channels, but {} ports are given: expected one per channel",
                              scenario.name, scenario.channels, ports.size())};
   }
-  LiveSwarm live(SetUpLive(scenario, links), ports, scenario.timing.adapter_ns);
+  SwarmConfig config = SetUpLive(scenario, links);
+  PHEROMONE_TRY(const keys::RobotsKeys robots_keys, SignWith(keys_file, &config));
+  LiveSwarm live(config, ports, scenario.timing.adapter_ns);
   PHEROMONE_TRY_STATUS(live.Open());
   Recorder recorder(&live.swarm(), scenario.engine.field, scenario.sample_ms);
   live.Run(scenario.duration_ms, stop, [&] {

@@ -32,9 +32,11 @@ enum class LinkKind : uint8_t {
 /// In real time; `show` is called at each sample. Port i leads to the daemon's link for channel i,
 /// whose map and pheromones are to be the scenario's. Ends after the scenario's duration, or soon
 /// after `*stop` is not 0 (a signal handler's doing). Errors: the number of ports is not that of
-/// channels, or a port cannot be opened.
+/// channels, or a port cannot be opened. `keys_file` has the keys with which robots sign; empty:
+/// they do not. Errors with it: those of keys::TakeKeys, a robot with an image.
 Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<std::string>& ports,
-                                    LinkKind links, const volatile std::sig_atomic_t* stop,
+                                    const std::string& keys_file, LinkKind links,
+                                    const volatile std::sig_atomic_t* stop,
                                     const std::function<void(const LiveSwarm&)>& show);
 
 /// The [[frame]] tables that a daemon's configuration needs for this scenario: one for each robot

@@ -6,17 +6,19 @@
     python3 -m pheromone radio-a.pty sense 1 1000 500 0
     python3 -m pheromone udp:10.0.0.1:4951,udp:10.0.0.2:4951 sense 1 1000 500 0
     python3 -m pheromone radio-a.pty trace --wide 1 40000 500 16384
+    python3 -m pheromone --id 7 --keys robot.keys radio-a.pty hello
 """
 
 from __future__ import annotations
 
 import argparse
+import pathlib
 import struct
 import sys
 import termios
 import time
 
-from .robot import Client, ErrorAnswer, Intensities, InUse, NoAnswer
+from .robot import Client, ErrorAnswer, Intensities, InUse, NoAnswer, next_boot
 from .servers import open_line
 from .wire import UNIT
 
@@ -29,7 +31,7 @@ def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="pheromone",
         description="Talks the pheromone protocol to a server on a terminal, by TCP or by UDP.",
-        usage="%(prog)s [--id N] [--nonce N] [--timeout SECONDS] PATH REQUEST ...",
+        usage="%(prog)s [--id N] [--nonce N] [--keys FILE] [--timeout SECONDS] PATH REQUEST ...",
         epilog="Options stand before PATH, but for --wide. "
         "Coordinates are pose units, headings binary angles (65536 to a turn).",
     )
@@ -41,6 +43,9 @@ def arguments() -> argparse.ArgumentParser:
     )
     parser.add_argument("--id", type=integer, default=1, help="CLIENT_ID, 1 to 254 (default 1)")
     parser.add_argument("--nonce", type=integer, default=1, help="boot counter (default 1)")
+    parser.add_argument("--keys", metavar="FILE", type=pathlib.Path,
+                        help="the link signs its frames; a line ID KEY has this robot's key, and the "
+                        "nonce is counted up in FILE.ID.boots")
     parser.add_argument("--timeout", type=float, default=0.5, help="seconds to wait for an answer")
     requests = parser.add_subparsers(dest="request", metavar="REQUEST")
     requests.add_parser("hello", help="say HELLO and show what the server tells")
@@ -63,8 +68,20 @@ def arguments() -> argparse.ArgumentParser:
     return parser
 
 
+def key_of(client_id: int, file: pathlib.Path) -> bytes:
+    """From lines ID KEY [COMMENT], the key hexadecimal; # begins a comment."""
+    for line in file.read_text().splitlines():
+        words = line.partition("#")[0].split()
+        if len(words) > 1 and words[0] == str(client_id):
+            return bytes.fromhex(words[1])
+    raise ValueError(f"{file}: no key of robot {client_id}")
+
+
 def carry_out(options: argparse.Namespace, robot: Client) -> str:
     """Makes the request and gives the answer as text."""
+    if options.keys is not None:
+        options.nonce = next_boot(f"{options.keys}.{options.id}.boots")
+        robot.hello(options.nonce)
     if options.request == "ping":
         started = time.monotonic()
         echo = robot.ping(bytes.fromhex(options.payload))
@@ -98,8 +115,10 @@ def main() -> int:
         parser.error("PATH and a request are needed")
     try:
         with open_line(options.path) as line:
-            print(carry_out(options, Client(line, options.id, options.timeout)))
-    except (ErrorAnswer, InUse, NoAnswer, OSError, ValueError, struct.error, termios.error) as error:
+            key = None if options.keys is None else key_of(options.id, options.keys)
+            print(carry_out(options, Client(line, options.id, options.timeout, key=key)))
+    except (ErrorAnswer, InUse, NoAnswer, OSError, OverflowError, ValueError, struct.error,
+            termios.error) as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 1
     return 0

@@ -19,11 +19,12 @@ stands, and says so to the drive each time,
 
 from __future__ import annotations
 
+import os
 import secrets
 import time
 from typing import Protocol
 
-from .robot import Client, ErrorAnswer, Line, NoAnswer
+from .robot import Client, ErrorAnswer, Line, NewEpoch, NoAnswer, NonceUsedUp, next_boot
 from .wire import (BAD_VALUE, FOLLOW, HALT, MAX_TYPE, NOT_PERMITTED, POSE_LOST, RESUME, SAY_HELLO,
                    SPEED, TRAIL_LOST, UNIT, Message)
 
@@ -51,24 +52,30 @@ def differential(left: int, right: int, speed_mm_s: float) -> tuple[float, float
 
 class Follower:
     """A Client that drives. `speed_mm_s`: None is 200, or the maximum if that is less; `released`:
-    it need not be told to go; `max_speed_mm_s`: a command to go faster is refused. ValueError: the
-    speed is negative or above the maximum. One thread at a time."""
+    it need not be told to go; `max_speed_mm_s`: a command to go faster is refused; `key`: the link
+    signs its frames, and `boots` is the file of robot.next_boot. ValueError: the speed is negative
+    or above the maximum, or a key has no such file. One thread at a time."""
 
     def __init__(self, line: Line, client_id: int, drive: Drive, pheromone: int = 1,
                  speed_mm_s: float | None = None, released: bool = False,
-                 max_speed_mm_s: float = 1000) -> None:
+                 max_speed_mm_s: float = 1000, key: bytes | None = None,
+                 boots: str | os.PathLike[str] | None = None) -> None:
         if speed_mm_s is None:
             speed_mm_s = min(200, max_speed_mm_s)
         if not 0 <= speed_mm_s <= max_speed_mm_s:
             raise ValueError(f"speed_mm_s is {speed_mm_s}, expected 0 to {max_speed_mm_s}")
-        self.client = Client(line, client_id, timeout=PATIENCE_S, tries=1, on_command=self._obey)
+        if key is not None and boots is None:
+            raise ValueError("a robot with a key needs a file that counts its boots")
+        self.client = Client(line, client_id, timeout=PATIENCE_S, tries=1, on_command=self._obey,
+                             key=key)
         line.before_waiting = lambda: self.drive.wheels(0, 0)
         self.drive = drive
         self.pheromone = pheromone
         self.speed_mm_s = speed_mm_s
         self.max_speed_mm_s = max_speed_mm_s
         self.released = released
-        self._nonce = secrets.randbelow(1 << 16)
+        self._boots = boots
+        self._nonce = secrets.randbelow(1 << 16) if boots is None else next_boot(boots)
         self._unit_m: float | None = None  # of coordinates; None: HELLO is not answered yet
         self._told: int | None = None  # the EVENT of why it stands
 
@@ -89,6 +96,12 @@ class Follower:
             if self._unit_m is None:
                 self._unit_m = self.client.hello(self._nonce).pose_unit_10um * 1e-5
             speeds = self._steer(self._unit_m)
+        except NewEpoch:
+            self._unit_m = None
+        except NonceUsedUp:  # the server was away for hours
+            assert self._boots is not None
+            self._nonce = next_boot(self._boots)
+            self._unit_m = None
         except NoAnswer:
             pass
         except ErrorAnswer as refused:

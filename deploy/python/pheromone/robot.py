@@ -8,24 +8,29 @@
 Coordinates are pose units, millimetres unless the server says otherwise; headings are binary angles,
 65536 to a turn. For a line without other talkers: the listening and the random delays of section 9
 are not here. One thread at a time; aio.AsyncClient is the same for asyncio.
+
+On a link that signs its frames (section 18), a robot has a key of 16 bytes, and counts its boots in a
+file, since no nonce may come twice with a key:
+
+        robot = Client(line, client_id=7, key=bytes.fromhex("603DEB10..."))
+        robot.hello(nonce=next_boot("robot-7.boots"))
 """
 
 from __future__ import annotations
 
-import fcntl
-import os
 import secrets
-import select
-import termios
 import time
-from collections import deque
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from . import wire
+from ._line import InUse, Line, open_terminal
+from ._signing import NonceUsedUp, Signer, next_boot
 from .wire import Message, NotAMessage, build, build_hello, parse
 
+
+__all__ = ["Client", "ErrorAnswer", "InUse", "Intensities", "Line", "NewEpoch", "NoAnswer",
+           "NonceUsedUp", "ServerInfo", "answer_in", "mutates", "next_boot", "open_terminal"]
 
 PUT_OFF = (wire.BUSY, wire.READ_ONLY)  # reasons to try another server
 MAX_AHEAD = 128  # numbers that may follow the last one accepted
@@ -33,106 +38,13 @@ STUCK_S = 1.0  # without a change that is taken
 NO_SLOT = 255  # READ: there is none; WRITE: the tag's drop policy chooses
 
 
-class Line:
-    """Frames both ways on a file descriptor, which it owns."""
-
-    moved = False  # the server may be another one than before; whoever looks into that clears it
-    unanswered = b""  # the last request; a server that the line goes to gets it
-    slowness = 1  # how much longer than usual a server may take
-
-    def __init__(self, fd: int) -> None:
-        self.fd = fd
-        self.before_waiting: Callable[[], None] = lambda: None  # for a server that may not be there
-        self.decoder = wire.Decoder()
-        self._bodies: deque[bytes] = deque()
-
-    def send(self, data: bytes) -> None:
-        """Writes all of it."""
-        while data:
-            data = data[os.write(self.fd, data) :]
-
-    def receive(self, deadline: float) -> bytes | None:
-        """The body of the next frame, or None at the deadline (a time.monotonic())."""
-        while not self._bodies:
-            left = deadline - time.monotonic()
-            if left <= 0 or not select.select((self.fd,), (), (), left)[0]:
-                return None
-            data = os.read(self.fd, 4096)
-            if not data:
-                raise ConnectionError("the other end has gone")
-            self._bodies.extend(self.decoder.feed(data))
-        return self._bodies.popleft()
-
-    def go_on(self) -> None:
-        """The server is silent: goes to another one, if there is one (servers.py)."""
-
-    def forget(self) -> None:
-        """What follows comes from elsewhere."""
-        self.decoder = wire.Decoder()
-        self._bodies.clear()
-
-    def close(self) -> None:
-        if self.fd >= 0:
-            os.close(self.fd)
-        self.fd = -1
-
-    def __enter__(self) -> Line:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-
-class InUse(Exception):
-    """Another program has the terminal."""
-
-
-def user_of(fd: int) -> str:
-    """The program that has the lock of an open file, as far as Linux tells."""
-    file = os.fstat(fd)
-    name = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
-    try:
-        locks = [line.split() for line in Path("/proc/locks").read_text().splitlines()]
-        pid = next(lock[4] for lock in locks if lock[1] == "FLOCK" and lock[5] == name)
-        program = Path(f"/proc/{pid}/comm").read_text().strip()
-        ticks = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
-        lines = Path("/proc/stat").read_text().splitlines()
-        boot = next(int(line.split()[1]) for line in lines if line.startswith("btime "))
-    except (OSError, StopIteration, ValueError):
-        return "another program"
-    since = time.localtime(boot + ticks // os.sysconf("SC_CLK_TCK"))
-    return f"{program} (process {pid}, since {time.strftime('%Y-%m-%d %H:%M:%S', since)})"
-
-
-def open_terminal(path: str | os.PathLike[str], baud: int | None = None) -> Line:
-    """Opens a terminal, real or pseudo, for this program alone, and makes it pass all bytes as they
-    are, at a rate that the system knows, such as 9600; by default the one that it has. Raises InUse."""
-    line = Line(os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_CLOEXEC))
-    try:
-        try:
-            fcntl.flock(line.fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InUse(f"{path}: in use by {user_of(line.fd)}") from None
-        settings = termios.tcgetattr(line.fd)
-        settings[0] = settings[1] = settings[3] = 0  # nothing done to input, to output, locally
-        settings[2] &= ~(termios.CSIZE | termios.PARENB)
-        settings[2] |= termios.CS8 | termios.CLOCAL | termios.CREAD
-        if baud is not None:
-            rate = getattr(termios, f"B{baud}", None)
-            if rate is None:
-                raise ValueError(f"{baud} baud: the system has no such rate")
-            settings[4] = settings[5] = rate
-        settings[6][termios.VMIN], settings[6][termios.VTIME] = 1, 0
-        termios.tcsetattr(line.fd, termios.TCSANOW, settings)
-        termios.tcflush(line.fd, termios.TCIFLUSH)  # answers that somebody before us left
-    except BaseException:
-        line.close()
-        raise
-    return line
-
-
 class NoAnswer(Exception):
     """The server kept silent."""
+
+
+class NewEpoch(NoAnswer):
+    """The server has another epoch (section 7): what waits for an answer is dropped, and hello() is
+    to be called, since what it tells may be new. Only with a key."""
 
 
 class ErrorAnswer(Exception):
@@ -177,6 +89,10 @@ class Client:
     Its requests raise ErrorAnswer for an ERROR and NoAnswer for silence. They are sent up to `tries`
     times, `timeout` seconds apart, byte for byte the same: the server carries them out once.
     `on_command` is called once for each COMMAND and gives the ACK's result, 0 for accepted.
+
+    With a `key` of 16 bytes, frames are signed, and what is not signed is ignored (section 18). Then
+    hello() comes before any other request, with a nonce that the key has not had: next_boot. After
+    silence a new session begins, with the same nonce, 65536 times at most (NonceUsedUp).
     """
 
     def __init__(
@@ -186,6 +102,7 @@ class Client:
         timeout: float = 0.5,
         tries: int = 4,
         on_command: Callable[[Message], int] | None = None,
+        key: bytes | None = None,
     ) -> None:
         if not 1 <= client_id <= 254:
             raise ValueError(f"CLIENT_ID is 1 to 254, not {client_id}")
@@ -203,6 +120,7 @@ class Client:
         self._put_off_since: float | None = None  # the first change since one was taken
         self._changed_at = 0.0  # when one was sent last
         self._in_step = False  # False: who knows what is under way, or was left half said
+        self._signer = None if key is None else Signer(key, client_id)
         self._ping_tag = secrets.token_bytes(8)
         self._ping_count = 0
 
@@ -212,7 +130,10 @@ class Client:
         if new:
             self._last_command = None
         request = build_hello(self.client_id, nonce, **fields)
-        told = ServerInfo(**self._ask(request, self.tries))
+        if self._signer is None:
+            told = ServerInfo(**self._ask(request, self.tries))
+        else:
+            told = self._begin_session(request)
         self.line.moved = False
         if told.protocol_version != 1:
             raise ValueError(f"the server speaks version {told.protocol_version}, not 1")
@@ -325,7 +246,7 @@ class Client:
     def listen(self, seconds: float) -> None:
         """Serves commands for a while."""
         deadline = time.monotonic() + seconds
-        while (body := self.line.receive(deadline)) is not None:
+        while (body := self._receive(deadline)) is not None:
             self._overhear(body)
 
     def resynchronise(self) -> list[bytes]:
@@ -333,6 +254,9 @@ class Client:
         which it obeys the commands."""
         self._in_step = False
         heard: list[bytes]
+        if self._signer is not None:
+            self._greet_again()
+            return []
         for _ in range(self.tries):
             self._ping_count += 1
             payload = self._ping_tag + self._ping_count.to_bytes(8, "little")
@@ -350,14 +274,52 @@ class Client:
             self.line.go_on()
         raise NoAnswer("no echo of a PING")
 
+    def _begin_session(self, hello: bytes) -> ServerInfo:
+        """Asks for a session, and says HELLO in it. With a key, this does what a PING does without:
+        nothing of the session before is taken any more. And a server that was started again has
+        none."""
+        for left in reversed(range(self.tries)):
+            answer = self._exchange(hello) if self._is_greeted(hello) else None
+            if answer is None:
+                self.line.go_on()
+            elif answer.name == "HELLO_ANSWER":
+                return ServerInfo(**answer.fields)
+            elif answer.fields["reason"] != wire.BUSY or not left:
+                raise ErrorAnswer(**answer.fields)
+            else:
+                time.sleep(self.timeout / 4)
+        raise NoAnswer("no answer to HELLO")
+
+    def _is_greeted(self, hello: bytes) -> bool:
+        assert self._signer is not None
+        self._in_step = False
+        self.line.send(wire.PAD + wire.encode(self._signer.ask(hello)))
+        deadline = time.monotonic() + self.timeout * self.line.slowness
+        while (heard := self._receive(deadline)) is not None:
+            self._overhear(heard)
+        self._in_step = not self._signer.awaits_greeting
+        return self._in_step
+
+    def _greet_again(self) -> None:
+        """A session that the caller did not ask for."""
+        if self._nonce is None:
+            raise ValueError("with a key, hello() comes first")
+        told = self._begin_session(self._hello)
+        if told.epoch != self._epoch:
+            self._in_step = False
+            raise NewEpoch("the server has another epoch")
+        self.line.moved = False
+        self._take(self._nonce, told)
+
     def _change(self, name: str, **fields: Any) -> dict[str, Any]:
         """Makes a mutating request. The next one takes the next number, whatever becomes of
         this one."""
         if self._not_accepted >= MAX_AHEAD and self._nonce is not None:
             self.hello(self._nonce)  # otherwise it would take us for being behind
-        request = build(name, self.client_id, seq=self.next_seq, **fields)
+        build(name, self.client_id, seq=self.next_seq, **fields)  # raises if a value does not fit
         if not self._in_step:
             self.resynchronise()  # what has not been sent at all does not use its number
+        request = build(name, self.client_id, seq=self.next_seq, **fields)
         self.next_seq = (self.next_seq + 1) % 256
         self._not_accepted += 1
         answer = self._ask(request, self.tries)
@@ -387,7 +349,7 @@ class Client:
         if mutates(request) and self._is_stuck():
             self.line.go_on()
         deadline = time.monotonic() + self.timeout * self.line.slowness
-        while (heard := self.line.receive(deadline)) is not None:
+        while (heard := self._receive(deadline)) is not None:
             if (answer := answer_in(heard, request)) is not None:
                 self.line.unanswered = b""
                 if mutates(request) and answer.fields.get("reason") not in PUT_OFF:
@@ -409,12 +371,26 @@ class Client:
             self._put_off_since = now
         return stuck
 
+    def _receive(self, deadline: float) -> bytes | None:
+        """As Line.receive, without what is to be ignored. None also if the server greets."""
+        signer = self._signer
+        while (body := self.line.receive(deadline)) is not None and signer is not None:
+            awaited = signer.awaits_greeting
+            verified = signer.verify(body)
+            if verified is not None or awaited != signer.awaits_greeting:
+                return verified
+        return body
+
     def _send(self, body: bytes) -> None:
         """A request."""
-        self.line.unanswered = self._framed(body)
-        self.line.send(self.line.unanswered)
+        framed = self._framed(body)
+        # Another server has no session with us, and what is signed is sent once.
+        self.line.unanswered = framed if self._signer is None else b""
+        self.line.send(framed)
 
     def _framed(self, body: bytes) -> bytes:
+        if self._signer is not None:
+            body = self._signer.sign(body)
         return (b"" if self._in_step else wire.PAD) + wire.encode(body)
 
     def _overhear(self, body: bytes) -> None:

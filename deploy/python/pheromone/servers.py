@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from .robot import Line, open_terminal
+from ._line import Line, open_terminal
 
 PATIENCE_S = 0.15
 

@@ -13,9 +13,11 @@ START, END = bytes((DLE, STX)), bytes((DLE, ETX))
 PAD = b"\x00"  # goes before a frame when nobody can know what stood before it
 MAX_DATA = 64
 EVERYBODY = 0xFF
+HELLO, HELLO_ANSWER = 0x71, 0xF1
 ANSWER = 0x80  # the bit by which an answer's opcode differs from its request's
 ROUND, CODED_ROUND, CODED_ROUND_REST = 0xF3, 0xF4, 0xF5  # a coded one begins twice
 MAX_CODED_ROWS = 8
+ADDED_TO_ALL = 6  # bytes behind the DATA of a signed ROUND
 MAX_PING = 16
 MAX_TYPE = 15  # of pheromones: bits 3 to 0 of an opcode
 UNIT = 4096  # of intensities
@@ -146,7 +148,10 @@ def decode_round(code: bytes, rows: int) -> bytes:
                 if number != lost:
                     lines[lost][column] ^= line[column]
     data = [lines[i % rows][i // rows] for i in range(8 * rows)]
-    return bytes((EVERYBODY, ROUND, *data[: 6 + 4 * (data[5] & 0x0F) + (data[5] >> 4) + 2]))
+    size = 6 + 4 * (data[5] & 0x0F) + (data[5] >> 4) + 2
+    frame = bytes((EVERYBODY, ROUND, *data))
+    signed = crc16(frame[: 2 + size]) != 0 and crc16(frame[: 2 + size + ADDED_TO_ALL]) == 0
+    return frame[: 2 + size + (ADDED_TO_ALL if signed else 0)]
 
 
 # ---------------------------------------------------------------- messages: section 4

@@ -19,6 +19,7 @@ constexpr uint8_t D0 = 16, D1 = 5, D2 = 4, D4 = 2, D5 = 14, D6 = 12, D7 = 13, D8
 
 unsigned long millis();
 void delay(unsigned long ms);
+long random(long limit);
 void pinMode(uint8_t pin, uint8_t mode);
 void digitalWrite(uint8_t pin, uint8_t value);
 int digitalRead(uint8_t pin);

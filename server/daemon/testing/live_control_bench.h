@@ -59,6 +59,7 @@ class FakeLink final : public links::Link {
     }
     more_.notify_all();
   }
+  void SetKeys(signing::Keys /*keys*/) override {}
   std::string address() const override { return "here"; }
 
   std::vector<protocol::Message> sent() const {
@@ -181,7 +182,7 @@ class LiveControlTest : public ::testing::Test {
             .run_edit = run,
             .run_operation = run,
             .reload = [this] { return reloaded_; },
-            .reload_certificate = [this] { return reloaded_certificate_; },
+            .reload_secrets = [this] { return reloaded_secrets_; },
             .change_tau =
                 [this](uint8_t type, int64_t tau_ms) {
                   tau_ = {type, tau_ms};
@@ -194,7 +195,7 @@ class LiveControlTest : public ::testing::Test {
 
   bool has_room_ = true;  // the queues for what takes long
   Result<std::vector<std::string>> reloaded_ = std::vector<std::string>{"links wait"};
-  Status reloaded_certificate_ = Ok();
+  Status reloaded_secrets_ = Ok();
   std::pair<uint8_t, int64_t> tau_{};
   control::Control::DoneWith<std::optional<std::string>> snapshot_;
   // Nothing is waited for until the patience ends, but where a test is about that.

@@ -1,5 +1,6 @@
 // pheromonectl: the operator's command line. Most commands send requests to a running server over
-// its Unix socket; `map`, `journal`, `net`, `config check` and some of `cluster` need no server.
+// its Unix socket; `map`, `journal`, `net`, `keys`, `config check` and some of `cluster` need no
+// server.
 //
 // Exit status: 0 success; 1 the server, a robot, a file or standard output refused; 2 an error in
 // the command line or a configuration; 3 no server; 4 a damaged journal.
@@ -52,6 +53,7 @@ int Main(int argc, char** argv) {
   AddJournalCommands(&app, &status);
   AddNetCommands(&app, &options, &status);
   AddModemCommands(&app, &status);
+  AddKeysCommands(&app, &status);
   AddReplayCommands(&app, &status);
   AddExportCommands(&app, &options, &status);
   try {

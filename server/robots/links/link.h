@@ -40,6 +40,7 @@
 #include "server/robots/links/tap.h"
 #include "server/robots/links/usb_port.h"
 #include "server/robots/radio/rounds.h"
+#include "server/robots/signing/signing.h"
 
 namespace pheromone::links {
 
@@ -127,6 +128,8 @@ struct LinkContext {
   Tap* tap = nullptr;  ///< outlives the link
   /// Of a port that another server has, too: outlives the link. Null: this server may always send.
   SendPermit* permit = nullptr;
+  /// Of this link, on whose strand it is used; outlives the link. Null: nothing is signed.
+  signing::Signing* signing = nullptr;
   /// The executor on which ports are opened and closed, which may take a driver seconds: it has one
   /// thread for each link with a port, so that none delays any other. Empty: ports are opened and
   /// closed on the link's own executor.
@@ -155,6 +158,9 @@ class Link {
 
   /// Sends commands to where their robot was last heard, and deferred answers to their requesters.
   virtual void Send(std::vector<engine::Outgoing> messages) = 0;
+
+  /// Takes other keys, on the link's strand. Without effect on a link that is not signed.
+  virtual void SetKeys(signing::Keys keys) = 0;
 
   /// The address: a path, or ADDRESS:PORT. Empty while it is not known.
   virtual std::string address() const { return state().address; }
@@ -195,6 +201,11 @@ class Link {
   void Drop(const protocol::Message& message);
   /// The same, and counts it as one that cannot be delivered.
   void CountUndeliverable(const protocol::Message& message);
+  void ApplyKeys(const signing::Keys& keys) const {
+    if (context_.signing != nullptr) {
+      context_.signing->SetKeys(keys);
+    }
+  }
   LinkRecord* record() { return &record_; }
   const LinkConfig& config() const { return config_; }
   const LinkContext& context() const { return context_; }

@@ -9,6 +9,7 @@
 
 #include "server/net/endpoint.h"
 #include "server/robots/links/admission.h"
+#include "server/robots/signing/keys.h"
 
 namespace pheromone::links {
 
@@ -50,6 +51,8 @@ struct LinkConfig {
   std::vector<std::string> on{};  ///< the cluster's nodes that have it; empty: all of them
   bool required = false;          ///< the server does not start if the link does not come up
   AdmissionOptions admission{};
+  signing::Security security = signing::Security::kOff;
+  std::string keys_path{};  ///< the file with the robots' keys; empty: security is off
 
   std::string
       path{};  ///< kPty: the symbolic link to the slave side; kSerial: the port, or a link to it

@@ -11,6 +11,7 @@
 #include "protocol/decoder.h"
 #include "server/robots/links/line_errors.h"
 #include "server/robots/radio/channel.h"
+#include "server/robots/signing/signing.h"
 
 namespace pheromone::links {
 
@@ -18,6 +19,7 @@ namespace pheromone::links {
 struct LinkCounters : radio::ChannelCounters {
   protocol::DecoderCounters received = {};  ///< decoding results of the received bytes
   LineErrors line;                          ///< of serial ports whose driver counts errors
+  signing::SigningCounters signing;         ///< of signed links
   uint64_t bytes_in = 0;
   uint64_t bytes_out = 0;
   uint64_t frames_out = 0;
@@ -99,6 +101,12 @@ inline constexpr LinkCounter kLinkCounters[] = {
      [](const LinkCounters& it) { return it.not_allowed; }},
     {"too_many", "Messages beyond the limits of the request rate.", CounterKind::kLoss,
      [](const LinkCounters& it) { return it.too_many; }},
+    {"unsigned_frames", "Frames without a signature, or of no present session, on a signed link.",
+     CounterKind::kLoss, [](const LinkCounters& it) { return it.signing.unsigned_frames; }},
+    {"wrong_signatures", "Frames with a wrong signature: forged, or repeated.", CounterKind::kLoss,
+     [](const LinkCounters& it) { return it.signing.wrong_tags; }},
+    {"unknown_robots", "Frames of robots without a key, on a signed link.", CounterKind::kLoss,
+     [](const LinkCounters& it) { return it.signing.unknown_robots; }},
     {"received_datagrams", "UDP datagrams received.", CounterKind::kTraffic,
      [](const LinkCounters& it) { return it.datagrams_in; }},
     {"oversize_datagrams", "UDP datagrams above the maximum length.", CounterKind::kLoss,

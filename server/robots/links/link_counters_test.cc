@@ -38,6 +38,7 @@ TEST(LinkCountersTest, EachNameTellsItsCounter) {
   counters.datagrams_in = 29;
   counters.oversize_datagrams = 30;
   counters.dropped_datagrams = 31;
+  counters.signing = {.unsigned_frames = 32, .unknown_robots = 33, .wrong_tags = 34};
   std::map<std::string, uint64_t> found;
   for (const LinkCounter& it : kLinkCounters) {
     EXPECT_TRUE(found.emplace(it.name, it.count(counters)).second) << it.name << " twice";
@@ -76,6 +77,9 @@ TEST(LinkCountersTest, EachNameTellsItsCounter) {
       {"received_datagrams", 29},
       {"oversize_datagrams", 30},
       {"dropped_datagrams", 31},
+      {"unsigned_frames", 32},
+      {"unknown_robots", 33},
+      {"wrong_signatures", 34},
   };
   EXPECT_EQ(found, expected);
 }

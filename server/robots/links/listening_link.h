@@ -56,6 +56,10 @@ class ListeningLink : public Link {
     });
   }
 
+  void SetKeys(signing::Keys keys) final {
+    boost::asio::post(strand_, [this, keys = std::move(keys)] { ApplyKeys(keys); });
+  }
+
  protected:
   /// `protocol` for messages: "tcp".
   ListeningLink(boost::asio::io_context& io, const LinkConfig& config, LinkContext context,

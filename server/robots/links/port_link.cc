@@ -44,9 +44,10 @@ bool IsResume(const protocol::Message& message) {
   return protocol::Decode(message, &command) && command.code == protocol::CommandCode::kResume;
 }
 
-radio::ChannelOptions OptionsOf(const LinkConfig& config, radio::Duration quiet_start) {
+radio::ChannelOptions OptionsOf(const LinkConfig& config, const LinkContext& context) {
   using std::chrono::milliseconds;
   radio::ChannelOptions channel;
+  channel.signing = context.signing;
   channel.gap_timeout_ms = config.gap_timeout_ms;
   channel.timing.byte = radio::ByteTime(config.baud);
   if (config.lines.ptt != Ptt::kNone) {  // by us, or by the driver
@@ -61,7 +62,7 @@ radio::ChannelOptions OptionsOf(const LinkConfig& config, radio::Duration quiet_
     channel.timing.processing = milliseconds(config.server_delay_ms);
     channel.response_window = milliseconds(config.response_window_ms);
     channel.slot = milliseconds(config.slot_ms);
-    channel.quiet_start = quiet_start;
+    channel.quiet_start = context.quiet_start;
   }
   return channel;
 }
@@ -74,7 +75,7 @@ class PortLink final : public Link {
         strand_(asio::make_strand(io)),
         port_(std::move(port), this->context().aside),
         address_(std::move(address)),
-        options_{OptionsOf(config, this->context().quiet_start), &port_, this->context().permit,
+        options_{OptionsOf(config, this->context()), &port_, this->context().permit,
                  [this](const protocol::Message& message) { OnRefused(message); }},
         silence_(config.silence_s),
         backoff_(this->context().backoff),
@@ -119,6 +120,10 @@ class PortLink final : public Link {
         }
       }
     });
+  }
+
+  void SetKeys(signing::Keys keys) override {
+    asio::post(strand_, [this, keys = std::move(keys)] { ApplyKeys(keys); });
   }
 
   std::string address() const override { return address_; }

@@ -200,7 +200,7 @@ TEST_F(SharedPtyLinkTest, WhatThePermitEndsBeforeIsRefusedAndAHaltOfAllInItIsSen
   permit_now_ms = 100'001;
   size_t received = 0;
   while (server_.link().counters().undeliverable == 0) {
-    received += robot.Receive(milliseconds(10)) ? 1 : 0;
+    received += robot.Receive(milliseconds(10)) ? 1u : 0u;
   }
   permit_now_ms = 1'000;  // the halt is kept for three seconds
   std::optional<protocol::Message> message = robot.Receive();

@@ -180,11 +180,19 @@ void Session::TakeBytes(std::span<const uint8_t> bytes) {
   batch_.clear();
   answers_.clear();
   channel_->Hear(bytes, At(last_read_), At(all_read_), &batch_);
+  for (const protocol::Message& message : channel_->refused()) {
+    if (tapped_.tap != nullptr) {
+      tapped_.tap->Rejected(tapped_.line.link, message, protocol::Reason::kNone);
+    }
+  }
   const protocol::DecoderCounters received = decoder.counters() - before;
   record_->Count([&](LinkCounters& counters) {
     counters.bytes_in += bytes.size();
     counters.received += received;
     counters.heard = last_read_;
+    if (options_.channel.signing != nullptr) {
+      counters.signing = options_.channel.signing->counters();  // of the link's other sessions, too
+    }
   });
   if (!batch_.empty()) {
     on_batch_(this, batch_, &answers_);

@@ -89,6 +89,8 @@ class TcpLink final : public ListeningLink<tcp::acceptor> {
     record()->Count([](LinkCounters& counters) { ++counters.opened; });
     ConversationOptions options;
     options.channel.gap_timeout_ms = config().gap_timeout_ms;
+    options.channel.signing = context().signing;
+    options.channel.to_all_is_signed = true;
     options.on_refused = [this](const auto& message) { CountUndeliverable(message); };
     // List iterators stay valid: `self` refers to the connection as long as it runs.
     const auto self = connections_.emplace(connections_.end());
@@ -153,8 +155,13 @@ class TcpLink final : public ListeningLink<tcp::acceptor> {
   void Route(const engine::Outgoing& outgoing) override {
     const protocol::Message& message = outgoing.message;
     if (message.id == protocol::kBroadcastId) {
+      // With a counter for each, somebody could play to a robot what was for another one.
+      engine::Outgoing sealed = outgoing;
+      if (context().signing != nullptr) {
+        context().signing->Sign(&sealed.message);
+      }
       for (Connection& connection : connections_) {
-        connection.session->Send(outgoing);
+        connection.session->Send(sealed);
       }
       return;
     }

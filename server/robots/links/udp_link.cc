@@ -160,11 +160,17 @@ class UdpLink final : public ListeningLink<udp::socket> {
       counters.bytes_in += bytes;
       counters.datagrams_in += static_cast<uint64_t>(datagrams);
       counters.oversize_datagrams += cut;
+      if (context().signing != nullptr) {
+        counters.signing = context().signing->counters();
+      }
     });
     HandleBatch();
   }
 
-  void Note(const protocol::Message& message, const PeerAddress& from, const engine::Asker& asker) {
+  void Note(protocol::Message message, const PeerAddress& from, const engine::Asker& asker) {
+    if (context().signing != nullptr && !Open(&message, from, asker)) {
+      return;
+    }
     if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
       peers_[message.id] = from;
     }
@@ -173,6 +179,24 @@ class UdpLink final : public ListeningLink<udp::socket> {
     if (batch_.size() == kMaxBatch) {
       HandleBatch();
     }
+  }
+
+  // Answers a first HELLO by itself. True: a message for the server.
+  bool Open(protocol::Message* message, const PeerAddress& from, const engine::Asker& asker) {
+    const protocol::Message received = *message;
+    const signing::Opened opened =
+        context().signing->Open(message, std::chrono::nanoseconds(asker.asked_ns));
+    if (opened == signing::Opened::kMessage) {
+      return true;
+    }
+    if (tapped_.tap != nullptr) {
+      tapped_.tap->Rejected(tapped_.line.link, received, protocol::Reason::kNone);
+    }
+    if (opened == signing::Opened::kGreeting) {
+      SendTo(from, *message);
+      Flush();
+    }
+    return false;
   }
 
   void HandleBatch() {
@@ -196,13 +220,7 @@ class UdpLink final : public ListeningLink<udp::socket> {
     } else if (outgoing.asker.known()) {
       SendTo(AddressOf(outgoing.asker), message);
     } else if (message.id == protocol::kBroadcastId) {
-      for (size_t i = 0; i < peers_.size(); ++i) {
-        // Robots behind one address receive it once.
-        const auto end = peers_.begin() + static_cast<std::ptrdiff_t>(i);
-        if (peers_[i].known() && std::find(peers_.begin(), end, peers_[i]) == end) {
-          SendTo(peers_[i], message);
-        }
-      }
+      SendToAll(message);
     } else if (peers_[message.id].known()) {
       SendTo(peers_[message.id], message);
     } else {
@@ -210,11 +228,43 @@ class UdpLink final : public ListeningLink<udp::socket> {
     }
   }
 
+  // The same bytes for everybody: with a counter for each address, somebody could play to a robot
+  // what was for another one, after it has obeyed its own.
+  void SendToAll(const protocol::Message& message) {
+    protocol::Message sealed = message;
+    if (!Seal(&sealed)) {
+      return;
+    }
+    for (size_t i = 0; i < peers_.size(); ++i) {
+      // Robots behind one address receive it once.
+      const auto end = peers_.begin() + static_cast<std::ptrdiff_t>(i);
+      if (peers_[i].known() && std::find(peers_.begin(), end, peers_[i]) == end) {
+        Add(sealed, peers_[i]);
+      }
+    }
+  }
+
   void SendTo(const PeerAddress& peer, const protocol::Message& message) {
+    protocol::Message sealed = message;
+    if (Seal(&sealed)) {
+      Add(sealed, peer);
+    }
+  }
+
+  // Signs it, if the link does. Counts what cannot be signed.
+  bool Seal(protocol::Message* message) {
+    if (context().signing == nullptr || context().signing->Sign(message)) {
+      return true;
+    }
+    CountUndeliverable(*message);
+    return false;
+  }
+
+  void Add(const protocol::Message& sealed, const PeerAddress& peer) {
     if (writer_.full()) {
       Flush();
     }
-    writer_.Add(message, peer);
+    writer_.Add(sealed, peer);
   }
 
   void Flush() override {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <utility>
 
 #include "protocol/coded_round.h"
 #include "protocol/messages.h"
+#include "protocol/signing.h"
 
 namespace pheromone::radio {
 namespace {
@@ -24,15 +26,9 @@ std::vector<uint8_t> CodedFrameOf(const protocol::Message& round) {
   return frame;
 }
 
-void Append(const std::vector<uint8_t>& frame, Transmission* out) {
+void AppendBytes(const std::vector<uint8_t>& frame, Transmission* out) {
   out->bytes.insert(out->bytes.end(), frame.begin(), frame.end());
   out->frame_ends.push_back(out->bytes.size());
-}
-
-void Append(const protocol::Message& message, const std::vector<uint8_t>& frame,
-            Transmission* out) {
-  Append(frame, out);
-  out->parts.push_back({message, out->bytes.size()});
 }
 
 // What was not a whole frame.
@@ -74,17 +70,41 @@ void Channel::Resume(const std::vector<RoundMember>& members, Time now) {
 void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
                    std::vector<protocol::Message>* messages) {
   heard_at_ = now;
+  refused_.clear();
   const uint32_t damaged = Damaged(decoder_.counters());
-  decoder_.PushBlock(bytes.data(), bytes.size(), DecoderTime(now),
-                     [&](const protocol::Message& message) {
-                       messages->push_back(message);
-                       if (options_.half_duplex) {
-                         rounds_.OnHeard(message, now, since);
-                       }
-                     });
+  decoder_.PushBlock(bytes.data(), bytes.size(), DecoderTime(now), [&](protocol::Message message) {
+    if (options_.signing != nullptr && !Open(&message, now, since)) {
+      return;
+    }
+    messages->push_back(message);
+    if (options_.half_duplex) {
+      rounds_.OnHeard(message, now, since);
+    }
+  });
   if (options_.half_duplex) {
     rounds_.OnBytes(now, Damaged(decoder_.counters()) != damaged);
   }
+}
+
+// Answers a first HELLO by itself. True: a message for the server.
+bool Channel::Open(protocol::Message* message, Time now, Time since) {
+  protocol::Message received = *message;
+  switch (options_.signing->Open(message, now)) {
+    case signing::Opened::kMessage:
+      return true;
+    case signing::Opened::kGreeting:
+      refused_.push_back(received);
+      if (options_.half_duplex) {  // it may be in a turn, and is then answered with the ROUND
+        received.length = static_cast<uint8_t>(received.length - protocol::kSignature);
+        rounds_.OnHeard(received, now, since);
+      }
+      Answer(*message, now, now);
+      return false;
+    case signing::Opened::kIgnore:
+      break;
+  }
+  refused_.push_back(received);
+  return false;
 }
 
 void Channel::Answer(const protocol::Message& message, Time asked_at, Time now) {
@@ -232,15 +252,34 @@ bool Channel::IsClear(bool carrier, Time now) {
   return true;
 }
 
+// The message's frame as it leaves; nothing if its robot could not accept it.
+std::optional<std::vector<uint8_t>> Channel::Sealed(const protocol::Message& message) const {
+  protocol::Message sealed = message;
+  const bool is_ready = options_.to_all_is_signed && message.id == protocol::kBroadcastId;
+  if (!is_ready && options_.signing != nullptr && !options_.signing->Sign(&sealed)) {
+    on_dropped_(message);
+    return std::nullopt;
+  }
+  return FrameOf(sealed);
+}
+
+bool Channel::Append(const Frame& frame, Transmission* out) {
+  const auto sealed = options_.signing != nullptr ? Sealed(frame.message) : frame.bytes;
+  if (!sealed) {
+    return false;
+  }
+  AppendBytes(*sealed, out);
+  out->parts.push_back({frame.message, out->bytes.size()});
+  return true;
+}
+
 // The server has the channel, and this robot listens.
 void Channel::AppendRider(uint8_t id, Transmission* out) {
   const auto rider = std::find_if(queue_.begin(), queue_.end(), [id](const Frame& it) {
     return !it.asked_at && IsCommand(it.message) && it.message.id == id;
   });
   if (rider != queue_.end()) {
-    const Frame frame = Take(rider);
-    Append(frame.message, frame.bytes, out);
-    awaits_ack_ = true;
+    awaits_ack_ = Append(Take(rider), out);
   }
 }
 
@@ -255,21 +294,24 @@ void Channel::AppendRound(Time now, Transmission* out) {
     if (command == queue_.end()) {
       break;
     }
-    if (IsAcknowledged(command->message)) {
-      acks.push_back(command->message.id);
-    }
     const Frame frame = Take(command);
-    Append(frame.message, frame.bytes, out);
+    if (Append(frame, out) && IsAcknowledged(frame.message)) {
+      acks.push_back(frame.message.id);
+    }
   }
   const Rounds::Composed composed = rounds_.Compose(now, acks);
   for (const protocol::Message& answer : composed.answers) {
-    const std::vector<uint8_t> frame = FrameOf(answer);
-    Append(answer, frame, out);
-    if (rounds_.coded()) {  // only ROUNDs can be coded
-      Append(frame, out);
+    const size_t begin = out->bytes.size();
+    const Frame frame{answer, FrameOf(answer), std::nullopt};
+    if (Append(frame, out) && rounds_.coded()) {  // only ROUNDs can be coded
+      AppendBytes({out->bytes.begin() + static_cast<std::ptrdiff_t>(begin), out->bytes.end()}, out);
     }
   }
-  Append(rounds_.coded() ? CodedFrameOf(composed.round) : FrameOf(composed.round), out);
+  protocol::Message round = composed.round;
+  if (options_.signing != nullptr) {
+    options_.signing->Sign(&round);
+  }
+  AppendBytes(rounds_.coded() ? CodedFrameOf(round) : FrameOf(round), out);
   for (const protocol::Message& answer : composed.in_round) {
     out->parts.push_back({answer, out->bytes.size()});
   }
@@ -290,7 +332,7 @@ Transmission Channel::Begin(Time now) {
   sent_round_ = false;
   if (!options_.half_duplex) {
     for (const Frame& frame : queue_) {
-      Append(frame.message, frame.bytes, &out);
+      Append(frame, &out);
     }
     queue_.clear();
     queued_bytes_ = 0;
@@ -298,8 +340,7 @@ Transmission Channel::Begin(Time now) {
     AppendRound(now, &out);
   } else {
     const Frame frame = Take(queue_.begin());
-    Append(frame.message, frame.bytes, &out);
-    awaits_ack_ = IsAcknowledged(frame.message);
+    awaits_ack_ = Append(frame, &out) && IsAcknowledged(frame.message);
     if (frame.asked_at) {
       AppendRider(frame.message.id, &out);
       const bool more = !queue_.empty() && queue_.front().asked_at;

@@ -20,6 +20,7 @@
 //  * a COMMAND follows an answer to the same robot, or precedes a ROUND; otherwise it waits until
 //    the channel is free, and for the window of the ACK of the one before;
 //  * at most one ERROR leaves in a window, so that damaged requests do not fill the channel;
+//  * frames are signed, if they are, as they leave: their counters go up in that order;
 //  * a carrier holds the server back, but not for longer than kLongestCarrier.
 //
 // At most kMaxQueue bytes wait; beyond that the oldest messages are dropped. No I/O, no clock: time
@@ -80,6 +81,9 @@ class Channel {
   /// read before: a busy machine may read something of before a ROUND after it.
   void Hear(std::span<const uint8_t> bytes, Time now, Time since,
             std::vector<protocol::Message>* messages);
+  /// What the server is not to see, of the last call of Hear: not signed as it has to be, or a
+  /// first HELLO, which is answered.
+  const std::vector<protocol::Message>& refused() const { return refused_; }
 
   /// An answer to a request that was read at `asked_at`.
   void Answer(const protocol::Message& message, Time asked_at, Time now);
@@ -124,6 +128,7 @@ class Channel {
     What what = What::kNothing;
   };
 
+  bool Open(protocol::Message* message, Time now, Time since);
   void Enqueue(const protocol::Message& message, std::optional<Time> asked_at);
   void DropFront();
   Frame Take(const std::deque<Frame>::iterator& at);
@@ -132,6 +137,8 @@ class Channel {
   Time FreeAt() const;
   Time AnswerAt(const Frame& frame) const;
   Time RoundAt() const;
+  std::optional<std::vector<uint8_t>> Sealed(const protocol::Message& message) const;
+  bool Append(const Frame& frame, Transmission* out);
   void AppendRider(uint8_t id, Transmission* out);
   void AppendRound(Time now, Transmission* out);
 
@@ -139,6 +146,7 @@ class Channel {
   const OnDropped on_dropped_;
   protocol::FrameDecoder decoder_;
   Rounds rounds_;
+  std::vector<protocol::Message> refused_;
   std::deque<Frame> queue_;  // half duplex: answers, then the rest
   size_t queued_bytes_ = 0;
   Time heard_at_;

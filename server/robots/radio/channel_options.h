@@ -6,6 +6,7 @@
 
 #include "protocol/decoder.h"
 #include "server/robots/radio/timing.h"
+#include "server/robots/signing/signing.h"
 
 namespace pheromone::radio {
 
@@ -26,6 +27,10 @@ struct ChannelOptions {
   /// From the first HELLO to the first ROUND, at least. While robots may still await the ROUND of
   /// a server before this one, its numbers could be taken for those: kAwaitedRound then.
   Duration quiet_start{};
+  /// Of the link; outlives the line. Null: nothing is signed.
+  signing::Signing* signing = nullptr;
+  /// Frames to all are the same on several lines, and come with their signature.
+  bool to_all_is_signed = false;
 };
 
 }  // namespace pheromone::radio

@@ -6,6 +6,7 @@
 
 #include "protocol/coded_round.h"
 #include "protocol/frame.h"
+#include "protocol/signing.h"
 
 namespace pheromone::radio {
 namespace {
@@ -76,7 +77,7 @@ void Rounds::Resume(const std::vector<RoundMember>& members, Time now) {
   addressed_until_ = now + kAwaitedRound;
   for (const RoundMember& member : members) {
     wished_[member.id] = member.period;
-    if (MostBytes() >= kLeastFrameBytes) {
+    if (MostBytes() >= LeastBytes()) {
       Robot& robot = robots_[member.id];
       robot.period = member.period * kPeriodUnit;
       robot.due = now;
@@ -112,7 +113,7 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
   Robot& it = robot->second;
   it.heard = at;
   CountUnused(&it);
-  const size_t bytes = WireBytes(message) + kMoreStuffing;
+  const size_t bytes = WireBytes(message) + (signed_ ? protocol::kSignature : 0) + kMoreStuffing;
   if (bytes >= it.frame_bytes || ++it.shorter == kShorterFrames) {
     it.frame_bytes = bytes;
     it.shorter = 0;
@@ -164,7 +165,8 @@ bool Rounds::MayGoOn(Time now) const {
 }
 
 bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
-  if (answer.opcode == protocol::kHelloAnswer) {
+  const bool greets = signed_ && answer.length == protocol::kServerNonceAt;
+  if (answer.opcode == protocol::kHelloAnswer && !greets) {
     Join(answer.id, asked_at);
   }
   for (Turn& turn : turns_) {
@@ -188,7 +190,7 @@ std::vector<protocol::Message> Rounds::DropAnswers() {
 }
 
 void Rounds::Join(uint8_t id, Time now) {
-  if (wished_[id] == 0 || MostBytes() < kLeastFrameBytes) {
+  if (wished_[id] == 0 || MostBytes() < LeastBytes()) {
     robots_.erase(id);
     return;
   }
@@ -331,15 +333,15 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
 // Returns how many bytes a turn has to hold. A robot's ACK has the turn directly before its own.
 size_t Rounds::GiveTurns(Time now, std::vector<uint8_t> acks) {
   std::erase_if(acks, [this](uint8_t id) { return !serves(id); });
-  size_t bytes = acks.empty() ? 0 : kLeastFrameBytes;  // more than an ACK takes
+  size_t bytes = acks.empty() ? 0 : LeastBytes();  // more than an ACK takes
   const auto give_ack = [this](uint8_t id) { turns_.push_back({.id = id, .for_ack = true}); };
-  for (const uint8_t id : Choose(now, protocol::kMaxTurns - acks.size())) {
+  for (const uint8_t id : Choose(now, MostTurns() - acks.size())) {
     if (std::erase(acks, id) != 0) {
       give_ack(id);
     }
     turns_.push_back({.id = id});
     const Robot& robot = robots_[id];
-    bytes = std::max(bytes, std::max(robot.frame_bytes, kLeastFrameBytes) + robot.more_bytes);
+    bytes = std::max(bytes, std::max(robot.frame_bytes, LeastBytes()) + robot.more_bytes);
   }
   std::for_each(acks.begin(), acks.end(), give_ack);
   return bytes;
@@ -374,7 +376,7 @@ void Rounds::JudgeOpening(Time now) {
 
 // A SENSE and its answer, in a window.
 Duration Rounds::ExchangeTime() const {
-  return options_.response_window + 2 * kLeastFrameBytes * options_.timing.byte;
+  return options_.response_window + 2 * static_cast<int64_t>(LeastBytes()) * options_.timing.byte;
 }
 
 // Until the first byte of a frame that is begun in the last slot has been read. A client without
@@ -398,6 +400,15 @@ size_t Rounds::MostBytes() const {
                   static_cast<size_t>(std::max(Duration(0), for_bytes) / options_.timing.byte));
 }
 
+size_t Rounds::LeastBytes() const {
+  return kLeastFrameBytes + (signed_ ? protocol::kSignature : 0);
+}
+
+// DATA has room for the signature.
+size_t Rounds::MostTurns() const {
+  return signed_ ? protocol::kMaxTurns - 1 : protocol::kMaxTurns;
+}
+
 int Rounds::OthersPresent() const {
   return static_cast<int>(std::count_if(others_.begin(), others_.end(), [this](const auto& other) {
     return last_heard_ - other.second <= kOtherIsPresent;
@@ -407,8 +418,7 @@ int Rounds::OthersPresent() const {
 // Each client that only contends gets about as many exchanges as a robot has turns.
 int Rounds::ExchangesAnOpening() const {
   const int present = OthersPresent();
-  const size_t rounds =
-      std::max<size_t>(1, (robots_.size() + protocol::kMaxTurns - 1) / protocol::kMaxTurns);
+  const size_t rounds = std::max<size_t>(1, (robots_.size() + MostTurns() - 1) / MostTurns());
   return std::max(kNewcomers, present / static_cast<int>(rounds));
 }
 
@@ -454,8 +464,9 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
     round.turns[round.turn_count++] = turn.id;
   }
   Encode(round, &composed.round);
-  const size_t wire =
-      coded() ? protocol::CodedRoundBytes(composed.round.length) : WireBytes(composed.round);
+  const size_t signature = signed_ ? protocol::kSignatureToAll : 0;
+  const size_t wire = coded() ? protocol::CodedRoundBytes(composed.round.length + signature)
+                              : WireBytes(composed.round) + signature;
   const Duration lasts = static_cast<int64_t>(wire) * options_.timing.byte;
   round.open_slots = OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
   open_slots_ = round.open_slots;

@@ -55,7 +55,8 @@ std::optional<protocol::RoundAnswer> InRound(const protocol::Message& answer);
 
 class Rounds {
  public:
-  explicit Rounds(const ChannelOptions& options) : options_(options) {}
+  explicit Rounds(const ChannelOptions& options)
+      : options_(options), signed_(options.signing != nullptr) {}
 
   /// Goes on with the rounds of a server that has fallen silent, before anything was heard here:
   /// the first ROUND, without answers, is due at once. For as long as a robot may still await one
@@ -138,6 +139,8 @@ class Rounds {
   Duration ExchangeTime() const;
   Duration TurnTime(size_t bytes) const;
   size_t MostBytes() const;
+  size_t LeastBytes() const;
+  size_t MostTurns() const;
   int OthersPresent() const;
   int ExchangesAnOpening() const;
 
@@ -161,8 +164,9 @@ class Rounds {
   Time opening_end_ = Time::min();  // min: there is none
   Time last_heard_ = Time::min();
   Time next_opening_ = Time::min();
-  uint8_t width_ = 0;      // of the next opening, in slots
-  int exchanges_ = 0;      // in this opening
+  uint8_t width_ = 0;  // of the next opening, in slots
+  int exchanges_ = 0;  // in this opening
+  const bool signed_;
   bool used_ = false;      // something was heard in it
   bool collided_ = false;  // and some of that was damaged
   RoundCounters counters_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocol/signing.h"
+
 namespace pheromone::capture {
 namespace {
 
@@ -38,6 +40,11 @@ void InFlight::Add(const Sent& sent) {
 }
 
 bool InFlight::Take(const Sent& sent) {
+  return protocol::IsGreeting(sent.message) || TakeExactly(sent) ||
+         TakeExactly({sent.link, protocol::WithoutSignature(sent.message)});
+}
+
+bool InFlight::TakeExactly(const Sent& sent) {
   const auto found = waiting_.find({sent.link, sent.message.id});
   if (found == waiting_.end()) {
     return false;

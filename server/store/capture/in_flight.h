@@ -31,7 +31,8 @@ class InFlight {
 
   void Add(const Sent& sent);
 
-  /// False if the message is not in flight.
+  /// False if the message is not in flight, signed or not. The answer to a first HELLO never is:
+  /// the link gives it.
   bool Take(const Sent& sent);
 
   /// Takes the oldest answer to robot `id` for which `answer` in a ROUND can stand: to SENSE or
@@ -52,6 +53,8 @@ class InFlight {
   size_t size() const;
 
  private:
+  bool TakeExactly(const Sent& sent);
+
   std::map<std::pair<engine::LinkIndex, uint8_t>, std::deque<protocol::Message>> waiting_;
 };
 

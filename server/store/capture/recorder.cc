@@ -219,7 +219,7 @@ void Recorder::Take(const Connection& line, const protocol::Message& written,
                     bool still_from_before) {
   std::vector<Sent> unknown;
   protocol::Round round;
-  if (protocol::Decode(written, &round)) {
+  if (DecodeRound(written, &round)) {
     for (const auto& answer : rounds_.Take(line.link, line.connection, round, &in_flight_)) {
       unknown.push_back({line.link, WrittenRounds::MessageOf(answer)});
     }

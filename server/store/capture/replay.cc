@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 
+#include "protocol/signing.h"
 #include "server/base/bytes.h"
 #include "server/base/format.h"
 #include "server/store/capture/recorder.h"
@@ -195,7 +196,8 @@ std::string Replay::On(const Batch& batch) {
 
 std::string Replay::TakeOne(const Batch& batch, const Handled& handled) {
   std::deque<protocol::Message>& decoded = decoded_[batch.link];
-  if (decoded.empty() || !Same(decoded.front(), handled.message)) {
+  if (decoded.empty() || !(Same(decoded.front(), handled.message) ||
+                           Same(protocol::WithoutSignature(decoded.front()), handled.message))) {
     return "expected the message " + HexOf(handled.message) + ", found " +
            (decoded.empty() ? "none in the bytes" : HexOf(decoded.front()));
   }
@@ -287,7 +289,7 @@ std::string Replay::TakeWritten(const Packet& packet) {
   for (const protocol::Message& message : written) {
     protocol::Round round;
     const std::string wrong =
-        protocol::Decode(message, &round) ? TakeRound(packet, round) : TakeMessage(packet, message);
+        DecodeRound(message, &round) ? TakeRound(packet, round) : TakeMessage(packet, message);
     if (!wrong.empty()) {
       return LinkName(packet.link) + ", connection " + std::to_string(packet.connection) + ": " +
              wrong;

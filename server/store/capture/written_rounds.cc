@@ -2,7 +2,15 @@
 
 #include <utility>
 
+#include "protocol/signing.h"
+
 namespace pheromone::capture {
+
+bool DecodeRound(const protocol::Message& message, protocol::Round* round) {
+  return protocol::Decode(message, round) ||
+         (message.opcode == protocol::kRound &&
+          protocol::Decode(protocol::WithoutSignature(message), round));
+}
 
 std::vector<WrittenRounds::Answer> WrittenRounds::Take(engine::LinkIndex link, uint32_t connection,
                                                        const protocol::Round& round,

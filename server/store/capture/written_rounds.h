@@ -22,6 +22,9 @@
 
 namespace pheromone::capture {
 
+/// Of a ROUND that may be signed.
+bool DecodeRound(const protocol::Message& message, protocol::Round* round);
+
 class WrittenRounds {
  public:
   struct Answer {

@@ -5,6 +5,9 @@
 // 5 is free on both: PTT of a modem that has to be keyed, high. The yellow LED is that of the robot.
 #include <Pheromone.h>
 #include <Romi32U4.h>
+#if __has_include("key.h")  // then it signs its frames: the library's README, "Signed links"
+#include "key.h"
+#endif
 
 // --- Your robot: an ID of its own, and its measures.
 
@@ -38,6 +41,9 @@ Pheromone robot(kId);
 void setup() {
   Serial1.begin(kBaud);
   robot.led(LED_BUILTIN);
+#ifdef PHEROMONE_KEY_H
+  robot.key(pheromone_key);
+#endif
   robot.begin(modem, wheels, {0, 0, 0});  // where it stands: x mm, y mm, heading of 65 536 a turn
 }
 

@@ -8,6 +8,9 @@
 //   6, 9             right motor's driver
 //   13               LED: steady while it drives, else flashes
 #include <Pheromone.h>
+#if __has_include("key.h")  // then it signs its frames: the library's README, "Signed links"
+#include "key.h"
+#endif
 
 // --- Your robot: an ID of its own, and its measures.
 
@@ -65,6 +68,9 @@ void setup() {
   EIMSK = 1 << INT0 | 1 << INT1;
   Serial.begin(kBaud);
   robot.led(LED_BUILTIN);
+#ifdef PHEROMONE_KEY_H
+  robot.key(pheromone_key);
+#endif
   robot.begin(modem, wheels, {0, 0, 0});  // where it stands: x mm, y mm, heading of 65 536 a turn
 }
 

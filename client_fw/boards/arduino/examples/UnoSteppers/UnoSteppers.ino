@@ -8,6 +8,9 @@
 //
 // Timer 1 makes the steps, so Servo and analogWrite on 9 and 10 cannot be used.
 #include <Pheromone.h>
+#if __has_include("key.h")  // then it signs its frames: the library's README, "Signed links"
+#include "key.h"
+#endif
 
 // --- Your robot: an ID of its own, and its measures.
 
@@ -38,6 +41,9 @@ ISR(TIMER1_COMPA_vect) {
 void setup() {
   Serial.begin(kBaud);
   robot.led(LED_BUILTIN);
+#ifdef PHEROMONE_KEY_H
+  robot.key(pheromone_key);
+#endif
   robot.begin(modem, wheels, {0, 0, 0});  // where it stands: x mm, y mm, heading of 65 536 a turn
   TCCR1A = 0;                            // Steppers::kTicksPerSecond
   TCCR1B = 1 << WGM12 | 1 << CS11;

@@ -9,6 +9,9 @@
 #include <PheromoneUdp.h>
 #include <WiFi.h>
 #include <WiFiUdp.h>
+#if __has_include("key.h")  // then it signs its frames: the library's README, "Signed links"
+#include "key.h"
+#endif
 
 // --- Your network, your server, your robot.
 
@@ -81,6 +84,9 @@ void setup() {
     delay(100);
   }
   robot.led(kLed);
+#ifdef PHEROMONE_KEY_H
+  robot.key(pheromone_key);
+#endif
   robot.begin(server, wheels, {0, 0, 0});  // where it stands: x mm, y mm, heading of 65 536 a turn
 }
 

@@ -1,0 +1,11 @@
+/* As pheromonectl keys export --header makes it. The key of tests, and no secret. */
+#ifndef PHEROMONE_KEY_H
+#define PHEROMONE_KEY_H
+
+#include <stdint.h>
+
+static const uint8_t pheromone_key[16] = {
+    0x0f, 0x1e, 0x2d, 0x3c, 0x4b, 0x5a, 0x69, 0x78, 0x87, 0x96, 0xa5, 0xb4, 0xc3, 0xd2, 0xe1, 0xf0,
+};
+
+#endif
