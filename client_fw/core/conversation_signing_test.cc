@@ -200,6 +200,19 @@ TEST(SignedConversationTest, AHaltToAllIsObeyedIfTheGroupsKeySignsIt) {
   EXPECT_EQ(2u, harness.counters().forged);
 }
 
+// Every robot of the link has the group's key.
+TEST(SignedConversationTest, NoOtherCommandToAllIsObeyedThoughTheGroupsKeySignsIt) {
+  SignedHarness harness;
+  harness.GreetAndDrive();
+  harness.FeedSigned(CommandOf(1, CommandCode::kHalt));
+  EXPECT_EQ(kHalted, harness.conversation.state().flags);
+  harness.FeedSigned(CommandOf(2, CommandCode::kResume, protocol::kBroadcastId));
+  EXPECT_EQ(kHalted, harness.conversation.state().flags);
+  EXPECT_EQ(0u, harness.counters().forged);
+  harness.FeedSigned(CommandOf(3, CommandCode::kResume));
+  EXPECT_EQ(0, harness.conversation.state().flags);
+}
+
 TEST(SignedConversationTest, ALinkThatTakesUnsignedFramesHaltsAllWithoutASignature) {
   SignedHarness harness;
   harness.signer.accepts_unsigned = true;
