@@ -85,13 +85,17 @@ void ComputeMac(const MacKey<Cipher>& key, const MacHead& head, const uint8_t* d
   cmac.Finish(mac);
 }
 
-/// Whether the first kTagSize bytes agree; in constant time.
-inline bool SameTag(const uint8_t* a, const uint8_t* b) {
+/// Whether `size` bytes agree; in constant time.
+inline bool SameBytes(const uint8_t* a, const uint8_t* b, uint8_t size) {
   uint8_t difference = 0;
-  for (uint8_t i = 0; i < kTagSize; ++i) {
+  for (uint8_t i = 0; i < size; ++i) {
     difference = static_cast<uint8_t>(difference | (a[i] ^ b[i]));
   }
   return difference == 0;
+}
+
+inline bool SameTag(const uint8_t* a, const uint8_t* b) {
+  return SameBytes(a, b, kTagSize);
 }
 
 /// The smallest counter above `last` whose low bits, those of `mask`, are `low`.

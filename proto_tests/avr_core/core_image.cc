@@ -1,10 +1,10 @@
 // The image for the ATmega1284P: reads a request of core_turn.h from UART0 as length u16 and bytes,
 // runs the core for one turn, sends the reply in the same way. Polled: the core is under test, and
 // time is part of the request.
-#include <avr/io.h>
 #include <stdint.h>
 
 #include "proto_tests/avr_core/core_turn.h"
+#include "proto_tests/avr_core/polled_uart.h"
 
 namespace pheromone {
 namespace core_boundary {
@@ -13,24 +13,6 @@ namespace {
 uint8_t request[kMaxRequest];
 uint8_t reply[kMaxReply];
 CoreTurn core;
-
-void SetUpUart() {
-  UCSR0A = 1u << U2X0;
-  UBRR0L = 0;  // 2 Mbit/s at 16 MHz
-  UCSR0B = 1u << RXEN0 | 1u << TXEN0;
-}
-
-uint8_t Receive() {
-  while ((UCSR0A & 1u << RXC0) == 0) {
-  }
-  return UDR0;
-}
-
-void Send(uint8_t byte) {
-  while ((UCSR0A & 1u << UDRE0) == 0) {
-  }
-  UDR0 = byte;
-}
 
 void Serve() {
   const uint8_t low = Receive();

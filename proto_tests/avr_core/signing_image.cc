@@ -4,6 +4,7 @@
 #include <stdint.h>
 
 #include "client_fw/core/signing/signing.h"
+#include "proto_tests/avr_core/polled_uart.h"
 #include "proto_tests/avr_core/signing_turn.h"
 #include "protocol/byte_order.h"
 
@@ -16,18 +17,6 @@ const uint8_t kKey[16] = {PHEROMONE_TEST_KEY};
 client::Signing signing(kKey);
 uint8_t request[kMaxSigningRequest];
 uint8_t reply[2 + client::Signing::kLongest];
-
-uint8_t Receive() {
-  while ((UCSR0A & 1u << RXC0) == 0) {
-  }
-  return UDR0;
-}
-
-void Send(uint8_t byte) {
-  while ((UCSR0A & 1u << UDRE0) == 0) {
-  }
-  UDR0 = byte;
-}
 
 // Bytes of the result after the time.
 uint8_t Obey(const client::FrameView& frame) {
@@ -69,9 +58,7 @@ void Serve() {
 }  // namespace pheromone
 
 int main() {
-  UCSR0A = 1u << U2X0;
-  UBRR0L = 0;  // 2 Mbit/s at 16 MHz
-  UCSR0B = 1u << RXEN0 | 1u << TXEN0;
+  pheromone::core_boundary::SetUpUart();
   TCCR1B = 1u << CS11;  // kCyclesATick
   for (;;) {
     pheromone::core_boundary::Serve();

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "proto_tests/qemu/hello_answer.h"
 #include "proto_tests/qemu/qemu_machine.h"
 #include "proto_tests/qemu/standing_pioneer.h"
 #include "protocol/decoder.h"
@@ -28,17 +29,7 @@ class QemuClient : public ::testing::Test {
   }
 
   void AnswerHello(const protocol::HelloRequest& hello) {
-    protocol::HelloAnswer answer;
-    answer.id = hello.id;
-    answer.nonce = hello.nonce;
-    answer.protocol_version = protocol::kProtocolVersion;
-    answer.epoch = 7;
-    answer.pose_unit_10um = 100;  // 1 mm
-    answer.type_mask = 1u << 1;
-    answer.slot_ms = 2;
-    answer.response_window_ms = 250;
-    protocol::Message message;
-    protocol::Encode(answer, &message);
+    const protocol::Message message = HelloAnswerTo(hello);
     Bytes wire(protocol::kMaxFrame);
     wire.resize(protocol::EncodeFrame(message, wire.data(), wire.size()));
     machine_.Send(kRadio, wire);

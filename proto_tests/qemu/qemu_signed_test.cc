@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "client_fw/core/testing/naive_signer.h"
+#include "proto_tests/qemu/hello_answer.h"
 #include "proto_tests/qemu/qemu_machine.h"
 #include "proto_tests/qemu/standing_pioneer.h"
 #include "protocol/decoder.h"
@@ -95,18 +96,7 @@ class QemuSigned : public ::testing::Test {
   static Message AnswerTo(const Message& hello_frame) {
     protocol::HelloRequest hello;
     EXPECT_TRUE(protocol::Decode(hello_frame, &hello));
-    protocol::HelloAnswer answer;
-    answer.id = hello.id;
-    answer.nonce = hello.nonce;
-    answer.protocol_version = protocol::kProtocolVersion;
-    answer.epoch = 7;
-    answer.pose_unit_10um = 100;  // 1 mm
-    answer.type_mask = 1u << 1;
-    answer.slot_ms = 2;
-    answer.response_window_ms = 250;
-    Message message;
-    protocol::Encode(answer, &message);
-    return message;
+    return HelloAnswerTo(hello);
   }
 
   std::filesystem::path folder_;

@@ -127,15 +127,15 @@ MOST_ROWS = 8
 SIGNATURE_TO_ALL = 6  # bytes between DATA and CRC, if it is signed
 
 
-def times(a, b):
-    """The product in GF(256), modulo x^8 + x^4 + x^3 + x^2 + 1."""
+def times(a, b, modulus=0x11D):
+    """The product in GF(256), modulo x^8 + x^4 + x^3 + x^2 + 1 or another polynomial."""
     product = 0
     for bit in range(8):
         if b >> bit & 1:
             product ^= a << bit
     for bit in range(14, 7, -1):
         if product >> bit & 1:
-            product ^= 0x11D << bit - 8
+            product ^= modulus << bit - 8
     return product
 
 

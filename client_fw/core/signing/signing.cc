@@ -12,31 +12,17 @@ using protocol::kAesBlock;
 using protocol::kTagSize;
 using protocol::MacUse;
 
-void CopyTag(const uint8_t* from, uint8_t* to) {
-  for (uint8_t i = 0; i < kTagSize; ++i) {
+void Copy(const uint8_t* from, uint8_t size, uint8_t* to) {
+  for (uint8_t i = 0; i < size; ++i) {
     to[i] = from[i];
   }
-}
-
-void CopyKey(const uint8_t* from, uint8_t* to) {
-  for (uint8_t i = 0; i < kAesBlock; ++i) {
-    to[i] = from[i];
-  }
-}
-
-bool SameKey(const uint8_t* a, const uint8_t* b) {
-  uint8_t difference = 0;
-  for (uint8_t i = 0; i < kAesBlock; ++i) {
-    difference = static_cast<uint8_t>(difference | (a[i] ^ b[i]));
-  }
-  return difference == 0;
 }
 
 }  // namespace
 
 const Signing::Key& Signing::ExpandOwn(uint8_t* group) {
   if (in_session_) {
-    CopyKey(group_.cipher.key(), group);
+    Copy(group_.cipher.key(), kAesBlock, group);
   }
   group_.Set(key_);
   return group_;
@@ -58,7 +44,7 @@ uint8_t Signing::SignHello(const FrameView& hello, uint16_t number, uint8_t* sig
              hello.length, mac);
   RestoreGroup(group);
   protocol::PutU16(signature, number);
-  CopyTag(mac, signature + 2);
+  Copy(mac, kTagSize, signature + 2);
   return protocol::kSignatureOfHello;
 }
 
@@ -68,7 +54,7 @@ uint8_t Signing::Sign(const FrameView& frame, uint8_t* signature) {
   ComputeMac(session_, {MacUse::kClientFrame, sent_, frame.id, frame.opcode}, frame.data,
              frame.length, mac);
   signature[0] = static_cast<uint8_t>(sent_ & 0xFFu);
-  CopyTag(mac, signature + 1);
+  Copy(mac, kTagSize, signature + 1);
   return protocol::kSignature;
 }
 
@@ -97,7 +83,7 @@ bool Signing::TakeAnswer(const FrameView& answer) {
   }
   // The answer may have been held back, and what was sent to all since has been heard.
   const uint32_t of_group = protocol::GetU32(data + protocol::kGroupCounterAt);
-  if (of_group > of_group_ || !in_session_ || !SameKey(mac, group)) {
+  if (of_group > of_group_ || !in_session_ || !protocol::SameBytes(mac, group, kAesBlock)) {
     of_group_ = of_group;
   }
   group_.Set(mac);

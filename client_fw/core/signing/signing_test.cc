@@ -197,7 +197,8 @@ TEST_F(SigningTest, FramesToAllOfBeforeHelloAreForged) {
 TEST_F(SigningTest, TheGroupsKeySignsNothingToOneRobot) {
   Greet();
   Message frame = MessageOf(kId, protocol::kCommand, {1, 1});
-  const auto mac = NaiveSigner::Mac(server.group_key, 2, 1, kId, protocol::kCommand, DataOf(frame));
+  const auto mac =
+      protocol::NaiveMac(server.group_key, 2, 1, kId, protocol::kCommand, DataOf(frame));
   NaiveSigner::Add(&frame, {1, mac[0], mac[1], mac[2], mac[3]});
   EXPECT_EQ(Signing::kForged, robot.Verify(ViewOf(frame)));
 }

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -16,6 +15,7 @@
 #include <vector>
 
 #include "protocol/frame.h"
+#include "protocol/testing/naive_mac.h"
 
 namespace pheromone {
 namespace client {
@@ -23,23 +23,6 @@ namespace client {
 class NaiveSigner {
  public:
   using Octets = std::vector<uint8_t>;
-
-  static Octets Mac(const Octets& key, uint8_t use, uint32_t counter, uint8_t id, uint8_t opcode,
-                    const Octets& data) {
-    Octets text = {use};
-    for (int shift = 0; shift < 32; shift += 8) {
-      text.push_back(static_cast<uint8_t>(counter >> shift));
-    }
-    text.push_back(id);
-    text.push_back(opcode);
-    text.insert(text.end(), data.begin(), data.end());
-    Octets mac(16);
-    size_t size = 0;
-    EXPECT_NE(EVP_Q_mac(nullptr, "CMAC", nullptr, "AES-128-CBC", nullptr, key.data(), key.size(),
-                        text.data(), text.size(), mac.data(), mac.size(), &size),
-              nullptr);
-    return mac;
-  }
 
   /// False, and `message` is as it was: it is not signed as the next frame of this robot.
   bool Open(protocol::Message* message) {
@@ -57,8 +40,8 @@ class NaiveSigner {
       while ((counter & 0xFFu) != all[data.size()]) {
         ++counter;
       }
-      if (with->key.empty() ||
-          !Ends(all, Mac(with->key, 1, counter, message->id, message->opcode, data))) {
+      if (with->key.empty() || !Ends(all, protocol::NaiveMac(with->key, 1, counter, message->id,
+                                                             message->opcode, data))) {
         return false;
       }
       with->received = counter;
@@ -78,13 +61,15 @@ class NaiveSigner {
     const Octets data(message->data, message->data + message->length);
     if (message->id == 0xFF) {
       ++group_sent;
-      const Octets mac = Mac(group_key, 3, group_sent, message->id, message->opcode, data);
+      const Octets mac =
+          protocol::NaiveMac(group_key, 3, group_sent, message->id, message->opcode, data);
       Add(message, {static_cast<uint8_t>(group_sent), static_cast<uint8_t>(group_sent >> 8)});
       Add(message, {mac.begin(), mac.begin() + 4});
     } else {
       ASSERT_FALSE(session.key.empty()) << "no frame of a session has come";
       ++session.sent;
-      const Octets mac = Mac(session.key, 2, session.sent, message->id, message->opcode, data);
+      const Octets mac =
+          protocol::NaiveMac(session.key, 2, session.sent, message->id, message->opcode, data);
       Add(message, {static_cast<uint8_t>(session.sent)});
       Add(message, {mac.begin(), mac.begin() + 4});
     }
@@ -96,8 +81,8 @@ class NaiveSigner {
     Octets nonces = {static_cast<uint8_t>(client_nonce), static_cast<uint8_t>(client_nonce >> 8)};
     nonces.insert(nonces.end(), nonce.begin(), nonce.end());
     ++nonce[0];
-    next = {Mac(key, 6, number, id, 0x71, nonces)};
-    const Octets mask = Mac(key, 7, number, id, 0x71, nonces);
+    next = {protocol::NaiveMac(key, 6, number, id, 0x71, nonces)};
+    const Octets mask = protocol::NaiveMac(key, 7, number, id, 0x71, nonces);
     protocol::Message message;
     message.id = id;
     message.opcode = 0xF1;
@@ -110,7 +95,8 @@ class NaiveSigner {
     const uint32_t counter = accepts_unsigned ? 0xFFFFFFFF : group_sent;
     Add(&message, {static_cast<uint8_t>(counter), static_cast<uint8_t>(counter >> 8),
                    static_cast<uint8_t>(counter >> 16), static_cast<uint8_t>(counter >> 24)});
-    const Octets mac = Mac(key, 5, number, id, 0xF1, {message.data, message.data + message.length});
+    const Octets mac =
+        protocol::NaiveMac(key, 5, number, id, 0xF1, {message.data, message.data + message.length});
     Add(&message, {mac.begin(), mac.begin() + 4});
     return message;
   }
@@ -146,7 +132,8 @@ class NaiveSigner {
 
   bool OpenHello(const Octets& all, protocol::Message* message) {
     const auto number = static_cast<uint16_t>(all[4] + 256 * all[5]);
-    if (!Ends(all, Mac(key, 4, number, message->id, 0x71, {all.begin(), all.begin() + 4}))) {
+    if (!Ends(all, protocol::NaiveMac(key, 4, number, message->id, 0x71,
+                                      {all.begin(), all.begin() + 4}))) {
       return false;
     }
     hellos.push_back(number);

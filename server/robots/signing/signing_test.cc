@@ -3,7 +3,6 @@
 #include "server/robots/signing/signing.h"
 
 #include <gtest/gtest.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <chrono>
@@ -18,6 +17,7 @@
 
 #include "protocol/frame.h"
 #include "protocol/messages.h"
+#include "protocol/testing/naive_mac.h"
 
 namespace pheromone::signing {
 namespace {
@@ -29,23 +29,6 @@ constexpr uint8_t kRobot = 7;
 constexpr Key kKey = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
 constexpr uint8_t kSenseT = 0x01;
 constexpr std::chrono::nanoseconds kNow{0};
-
-Bytes MacOf(const Bytes& key, uint8_t use, uint32_t counter, uint8_t id, uint8_t opcode,
-            const Bytes& data) {
-  Bytes text = {use};
-  for (int shift = 0; shift < 32; shift += 8) {
-    text.push_back(static_cast<uint8_t>(counter >> shift));
-  }
-  text.push_back(id);
-  text.push_back(opcode);
-  text.insert(text.end(), data.begin(), data.end());
-  Bytes mac(16);
-  size_t size = 0;
-  EXPECT_NE(EVP_Q_mac(nullptr, "CMAC", nullptr, "AES-128-CBC", nullptr, key.data(), key.size(),
-                      text.data(), text.size(), mac.data(), mac.size(), &size),
-            nullptr);
-  return mac;
-}
 
 Message Make(uint8_t id, uint8_t opcode, const Bytes& data) {
   Message message;
@@ -89,18 +72,19 @@ class Client {
     return Make(id_, 0x71,
                 Joined({data,
                         {static_cast<uint8_t>(number_), static_cast<uint8_t>(number_ >> 8)},
-                        TagOf(MacOf(key_, 4, number_, id_, 0x71, data))}));
+                        TagOf(protocol::NaiveMac(key_, 4, number_, id_, 0x71, data))}));
   }
 
   /// Whether the answer is right; then the session is the new one.
   bool Take(const Message& answer) {
     const Bytes all = DataOf(answer);
     if (answer.id != id_ || answer.opcode != 0xF1 || all.size() != 34 || Part(all, 0, 2) != boot_ ||
-        TagOf(MacOf(key_, 5, number_, id_, 0xF1, Part(all, 0, 30))) != Part(all, 30, 4)) {
+        TagOf(protocol::NaiveMac(key_, 5, number_, id_, 0xF1, Part(all, 0, 30))) !=
+            Part(all, 30, 4)) {
       return false;
     }
-    session_ = MacOf(key_, 6, number_, id_, 0x71, Part(all, 0, 10));
-    const Bytes mask = MacOf(key_, 7, number_, id_, 0x71, Part(all, 0, 10));
+    session_ = protocol::NaiveMac(key_, 6, number_, id_, 0x71, Part(all, 0, 10));
+    const Bytes mask = protocol::NaiveMac(key_, 7, number_, id_, 0x71, Part(all, 0, 10));
     group_ = Part(all, 10, 16);
     for (size_t i = 0; i < 16; ++i) {
       group_[i] = static_cast<uint8_t>(group_[i] ^ mask[i]);
@@ -118,16 +102,17 @@ class Client {
     return Make(id_, opcode,
                 Joined({data,
                         {static_cast<uint8_t>(sent)},
-                        TagOf(MacOf(session_, 1, sent, id_, opcode, data))}));
+                        TagOf(protocol::NaiveMac(session_, 1, sent, id_, opcode, data))}));
   }
 
   /// Whether this is what the server's next frame has to be.
   bool IsNext(const Message& message, const Bytes& data) {
     ++heard;
     return message.id == id_ &&
-           DataOf(message) == Joined({data,
-                                      {static_cast<uint8_t>(heard)},
-                                      TagOf(MacOf(session_, 2, heard, id_, message.opcode, data))});
+           DataOf(message) ==
+               Joined({data,
+                       {static_cast<uint8_t>(heard)},
+                       TagOf(protocol::NaiveMac(session_, 2, heard, id_, message.opcode, data))});
   }
 
   bool IsNextToAll(const Message& message, const Bytes& data) {
@@ -135,7 +120,7 @@ class Client {
     return DataOf(message) ==
            Joined({data,
                    {static_cast<uint8_t>(group_heard), static_cast<uint8_t>(group_heard >> 8)},
-                   TagOf(MacOf(group_, 3, group_heard, 0xFF, message.opcode, data))});
+                   TagOf(protocol::NaiveMac(group_, 3, group_heard, 0xFF, message.opcode, data))});
   }
 
   uint32_t sent = 0;
