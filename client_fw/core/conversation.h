@@ -18,8 +18,9 @@
 // timeout, and everything before its echo is discarded. Access to the channel is described in
 // protocol/README.md, section 9.
 //
-// After a silence of fail_safe_ms, in which the robot stops, HELLO is sent again, on slow modems
-// after 64 slots. A robot that has lost its pose asks for nothing.
+// After fail_safe_ms without intensities the robot stops. HELLO is sent again when a request was
+// given up and the server was not heard for 200 slots, fail_safe_ms at least. A robot that has lost
+// its pose asks for nothing.
 //
 // Tags are read and written beside that: Ask (tag_exchange.h).
 //
