@@ -164,7 +164,7 @@ Result<Picture> CameraDevice::Next() {
     v4l2_buffer buffer = BufferOf(0);
     while (Control(descriptor_, VIDIOC_DQBUF, &buffer) >= 0) {
       if (newest && Control(descriptor_, VIDIOC_QBUF, &*newest) < 0) {
-        return Failed(path_, "a buffer");
+        return Failed(path_, "delivers nothing");
       }
       newest = buffer;
       buffer = BufferOf(0);
@@ -178,7 +178,7 @@ Result<Picture> CameraDevice::Next() {
     const bool whole = (newest->flags & V4L2_BUF_FLAG_ERROR) == 0;
     Result<Picture> picture = Decode(newest->index, newest->bytesused);
     if (Control(descriptor_, VIDIOC_QBUF, &*newest) < 0) {
-      return Failed(path_, "a buffer");
+      return Failed(path_, "delivers nothing");
     }
     if (whole && picture.ok()) {
       return picture;
