@@ -61,6 +61,10 @@ TEST(Attacker, WhileTheServerIsRestarted) {
   ExpectProved({.greetings = 2, .requests = 2, .commands = 1, .to_all = 1, .restarts = 1});
 }
 
+TEST(Attacker, WhoHasTheGroupsKey) {
+  ExpectProved({.greetings = 2, .requests = 2, .commands = 2, .insider = true});
+}
+
 TEST(SigningMutant, AServerThatForgetsCounters) {
   ExpectRefuted({.mutant = SigningMutant::kServerForgetsCounters});
 }
@@ -98,6 +102,14 @@ TEST(SigningMutant, ARobotThatUsesANumberAgain) {
 
 TEST(SigningMutant, AServerThatTakesUnsignedFrames) {
   ExpectRefuted({.mutant = SigningMutant::kTakesUnsigned});
+}
+
+TEST(SigningMutant, ARobotThatTakesTheGroupsKeyForACommand) {
+  ExpectRefuted({.insider = true, .mutant = SigningMutant::kGroupKeyToOne});
+}
+
+TEST(SigningMutant, AServerThatTakesTheGroupsKeyForARequest) {
+  ExpectRefuted({.insider = true, .mutant = SigningMutant::kGroupKeyOfOne});
 }
 
 }  // namespace

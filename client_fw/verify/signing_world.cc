@@ -51,6 +51,17 @@ void Append(const uint8_t* bytes, uint8_t size, Message* message) {
   message->length = static_cast<uint8_t>(message->length + size);
 }
 
+using Mac = std::array<uint8_t, protocol::kAesBlock>;
+
+Mac MacOf(const signing::Key& with, const protocol::MacHead& head, const uint8_t* data,
+          uint8_t size) {
+  protocol::MacKey<protocol::Aes> key;
+  key.Set(with.data());
+  Mac mac{};
+  protocol::ComputeMac(key, head, data, size, mac.data());
+  return mac;
+}
+
 client::FrameView ViewOf(const Message& message) {
   return {message.id, message.opcode, message.data, message.length};
 }
@@ -158,6 +169,11 @@ bool SigningWorld::GiveToServer(const Heard& heard) {
   if (protocol::IsFromServer(message.opcode)) {
     return false;
   }
+  if (left_.mutant == SigningMutant::kGroupKeyOfOne &&
+      IsOfGroup(message, protocol::MacUse::kClientFrame, current_.heard)) {
+    Accept(heard, protocol::WithoutSignature(message), &by_server_);
+    return true;
+  }
   const signing::Signing before = server_;
   switch (server_.Open(&message, kNow)) {
     case signing::Opened::kIgnore:
@@ -200,6 +216,14 @@ bool SigningWorld::TakeGreeting(const Heard& heard) {
   }
   awaited_ = 0;
   of_robot_ = {heard.greeting, 0, 0};
+  const uint8_t* const data = heard.message.data;
+  const Mac mask = MacOf(
+      kKey,
+      {protocol::MacUse::kGroupMask, static_cast<uint16_t>(number_ - 1u), kRobot, protocol::kHello},
+      data, protocol::kGroupKeyAt);
+  for (size_t i = 0; i < mask.size(); ++i) {
+    group_[i] = static_cast<uint8_t>(data[protocol::kGroupKeyAt + i] ^ mask[i]);
+  }
   to_all_heard_ =
       static_cast<int>(protocol::GetU32(heard.message.data + protocol::kGroupCounterAt));
   return true;
@@ -213,6 +237,11 @@ bool SigningWorld::GiveToRobot(const Heard& heard) {
   }
   if (protocol::IsGreeting(message)) {
     return TakeGreeting(heard);
+  }
+  if (left_.mutant == SigningMutant::kGroupKeyToOne &&
+      IsOfGroup(message, protocol::MacUse::kServerFrame, of_robot_.heard)) {
+    Accept(heard, protocol::WithoutSignature(message), &by_robot_);
+    return true;
   }
   const client::Signing before = robot_;
   const uint8_t size = robot_.Verify(ViewOf(message));
@@ -240,6 +269,34 @@ std::vector<SigningWorld::Heard> SigningWorld::MadeOf(const Heard& heard) const 
     it.content = 0;  // whoever accepts it is wrong
   }
   return made;
+}
+
+// A frame to or of the robot under the group's key, in the place of the next one.
+std::vector<SigningWorld::Heard> SigningWorld::MadeByInsider() const {
+  std::vector<Heard> made;
+  const auto add = [&](uint8_t opcode, protocol::MacUse use, int heard) {
+    Message message = Make(kRobot, opcode, {contents_ + 1, 1});
+    const auto counter = static_cast<uint32_t>(heard + 1);
+    const Mac mac = MacOf(group_, {use, counter, kRobot, opcode}, message.data, message.length);
+    message.data[message.length++] = static_cast<uint8_t>(counter);
+    Append(mac.data(), protocol::kTagSize, &message);
+    made.push_back({message, 0, 0, 0});
+  };
+  add(protocol::kCommand, protocol::MacUse::kServerFrame, of_robot_.heard);
+  add(protocol::kCommand, protocol::MacUse::kToAll, of_robot_.heard);
+  add(kDeposit, protocol::MacUse::kClientFrame, current_.heard);
+  return made;
+}
+
+// What a mutant takes: signed by the group's key as the frame that is due.
+bool SigningWorld::IsOfGroup(const Message& message, protocol::MacUse use, int heard) const {
+  if (message.length < protocol::kSignature) {
+    return false;
+  }
+  const auto size = static_cast<uint8_t>(message.length - protocol::kSignature);
+  const Mac mac = MacOf(group_, {use, static_cast<uint32_t>(heard + 1), message.id, message.opcode},
+                        message.data, size);
+  return protocol::SameTag(mac.data(), message.data + size + 1);
 }
 
 std::string SigningWorld::Key() const {
@@ -298,6 +355,11 @@ void SigningWorld::Next(const Visit& visit) const {
       visit("to the robot: " + name, std::move(world));
     }
   };
+  if (left_.insider && robot_.has_session()) {
+    for (const Heard& made : MadeByInsider()) {
+      give(made, "under the group's key");
+    }
+  }
   for (const Heard& heard : air_) {
     const std::string name = std::to_string(heard.message.opcode) + " " +
                              std::to_string(heard.content) + " of " +

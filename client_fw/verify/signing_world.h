@@ -3,7 +3,7 @@
 // keeps it, and gives to each end whatever he likes, whenever and as often as he likes: so the
 // network loses, delays, repeats and reorders. He also changes whom a frame is from or for and what
 // it says it is, and takes signatures off. The robot loses power or is reset, the server is
-// restarted.
+// restarted. An insider has the group's key besides, as any other robot of the link has.
 //
 // What an end accepts has to be what the other one has sent, in this order, and once.
 //
@@ -18,6 +18,7 @@
 
 #include "client_fw/core/signing/signing.h"
 #include "protocol/frame.h"
+#include "protocol/signing.h"
 #include "server/robots/signing/signing.h"
 
 namespace pheromone::verify {
@@ -31,6 +32,8 @@ enum class SigningMutant : uint8_t {
   kSessionAfterRestart,  ///< the server goes on with the session, and begins to count anew
   kNumberAgain,          ///< after a warm reset the robot's HELLOs begin at 0
   kTakesUnsigned,        ///< the server does
+  kGroupKeyToOne,        ///< the robot takes a COMMAND of its own under the group's key
+  kGroupKeyOfOne,        ///< the server takes a request under the group's key
 };
 
 /// How often each may happen.
@@ -43,6 +46,7 @@ struct SigningLimits {
   int power_losses = 0;
   int warm_resets = 0;
   int restarts = 0;
+  bool insider = false;
   SigningMutant mutant = SigningMutant::kNone;
 };
 
@@ -84,11 +88,14 @@ class SigningWorld {
   bool TakeGreeting(const Heard& heard);
   void Accept(const Heard& heard, const protocol::Message& message, std::vector<int>* accepted);
   std::vector<Heard> MadeOf(const Heard& heard) const;
+  std::vector<Heard> MadeByInsider() const;
+  bool IsOfGroup(const protocol::Message& message, protocol::MacUse use, int heard) const;
 
   SigningLimits left_;
   signing::Signing server_;
   signing::Signing fresh_;  // as it was when the present session began
   client::Signing robot_;
+  signing::Key group_ = {};  // the group's key, as given to the robot
   uint16_t nonce_ = 0;
   uint16_t number_ = 0;
   int contents_ = 0;
