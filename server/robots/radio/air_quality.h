@@ -21,9 +21,13 @@ namespace pheromone::radio {
 
 enum class RoundForm : uint8_t { kPlain, kCoded };
 
-/// The share of ROUNDs that a robot did not receive, by form.
+/// The share of ROUNDs that a robot did not receive, by form. At first it counts as one that has
+/// received some; what it uses and what not soon outweighs them.
 struct Reception {
+  static constexpr int kReceived = 3;
+
   std::array<double, 2> lost{};
+  std::array<int, 2> turns{kReceived, kReceived};
 
   double LostOf(RoundForm form) const { return lost[static_cast<size_t>(form)]; }
 };
@@ -35,7 +39,9 @@ class AirQuality {
   /// Whether `robot` used the turn that a ROUND of this form granted.
   void Count(RoundForm form, bool used, Reception* robot) {
     double& lost = robot->lost[static_cast<size_t>(form)];
-    lost += ((used ? 0.0 : 1.0) - lost) / (form == form_ ? kTurns : kTrialTurns);
+    int& turns = robot->turns[static_cast<size_t>(form)];
+    turns = std::min(turns + 1, kTurns);
+    lost += ((used ? 0.0 : 1.0) - lost) / std::min(turns, form == form_ ? kTurns : kTrialTurns);
     if (form != form_ && !used) {
       trial_is_good_ = false;
     }
@@ -81,8 +87,8 @@ class AirQuality {
   static constexpr double kCost = 0.13;  // of coding: the logarithm of the rates' ratio
   static constexpr double kHysteresis = 0.03;
   // Over how many turns of a robot is averaged, about.
-  static constexpr double kTurns = 32;
-  static constexpr double kTrialTurns = 12;
+  static constexpr int kTurns = 32;
+  static constexpr int kTrialTurns = 12;
 
   static double Arrives(const Reception& robot, RoundForm form) {
     return 2 * std::log(std::max(0.01, 1 - robot.LostOf(form)));

@@ -68,6 +68,25 @@ TEST(AirQualityTest, FindsVeryBadAirWithinAFewRounds) {
   EXPECT_GT(Swarm(8).Run(40, Same(0.9, 0.1)), 30);
 }
 
+// The mean of what it was given, with three more that it has received.
+TEST(AirQualityTest, ARobotIsKnownAfterAFewTurns) {
+  AirQuality air;
+  Reception robot;
+  for (int turns = 1; turns <= 20; ++turns) {
+    air.Count(RoundForm::kPlain, turns % 4 == 0, &robot);
+    const int unused = turns - turns / 4;
+    EXPECT_NEAR(robot.LostOf(RoundForm::kPlain), unused / (turns + 3.0), 1e-9) << turns;
+  }
+  EXPECT_EQ(robot.LostOf(RoundForm::kCoded), 0);
+}
+
+TEST(AirQualityTest, ANewcomerInBadAirIsHeededSoon) {
+  const Loss one = [](size_t robot, RoundForm form) {
+    return robot == 0 && form == RoundForm::kPlain ? 1.0 : 0.0;
+  };
+  EXPECT_GT(Swarm(8).Run(20, one), 12);
+}
+
 TEST(AirQualityTest, ReturnsWhenTheAirIsGoodAgain) {
   Swarm swarm(8);
   swarm.Run(500, Same(0.8, 0.05));
