@@ -1,6 +1,7 @@
 #include "client_fw/sim/radio_tally.h"
 
 #include "protocol/messages.h"
+#include "protocol/signing.h"
 
 namespace pheromone::sim {
 namespace {
@@ -11,19 +12,22 @@ uint32_t Milliseconds(int64_t time_ns) {
 
 }  // namespace
 
+protocol::Message RadioTally::Bare(const protocol::Message& message) const {
+  return is_signed_ ? protocol::WithoutSignature(message) : message;
+}
+
 void RadioTally::OnSent(uint8_t byte, int64_t time_ns) {
   if (!sent_.Push(byte, Milliseconds(time_ns)) || sent_.message().id != id_) {
     return;
   }
   protocol::SenseRequest sense;
   protocol::TraceRequest trace;
-  protocol::HelloRequest hello;
   protocol::CommandAck ack;
-  const protocol::Message& message = sent_.message();
+  const protocol::Message message = Bare(sent_.message());
   if (Decode(message, &sense) || Decode(message, &trace)) {
     ++counters_.requests;
     asked_in_turn_ = turn_ >= 0;
-  } else if (Decode(message, &hello)) {
+  } else if (message.opcode == protocol::kHello) {  // the first one has a length of its own
     ++counters_.hellos;
   } else if (Decode(message, &ack)) {
     ++counters_.acks;
@@ -34,7 +38,7 @@ void RadioTally::OnHeard(uint8_t byte, int64_t time_ns) {
   if (!heard_.Push(byte, Milliseconds(time_ns))) {
     return;
   }
-  const protocol::Message& message = heard_.message();
+  const protocol::Message message = Bare(heard_.message());
   protocol::Round round;
   if (Decode(message, &round)) {
     OnRound(round);

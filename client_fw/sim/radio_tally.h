@@ -7,7 +7,8 @@
 //   tally.counters().answers; tally.p_left();
 //
 // Of the counters these are kept: requests, answers, hellos, hello_answers, events, errors, acks,
-// heard, rounds. An answer counts whether or not the robot still waited for it. Times are
+// heard, rounds. An answer counts whether or not the robot still waited for it. Of signed frames
+// (protocol/README.md, section 18) what they say counts: the tally has no key. Times are
 // nanoseconds. One thread.
 #pragma once
 
@@ -21,7 +22,7 @@ namespace pheromone::sim {
 
 class RadioTally {
  public:
-  explicit RadioTally(uint8_t id) : id_(id) {}
+  explicit RadioTally(uint8_t id, bool is_signed = false) : id_(id), is_signed_(is_signed) {}
 
   void OnSent(uint8_t byte, int64_t time_ns);
   void OnHeard(uint8_t byte, int64_t time_ns);
@@ -32,12 +33,14 @@ class RadioTally {
   int16_t p_right() const { return p_right_; }
 
  private:
+  protocol::Message Bare(const protocol::Message& message) const;
   void OnAnswer(int16_t left, int16_t right);
   void OnRound(const protocol::Round& round);
 
   static constexpr uint16_t kGapTimeoutMs = 20;
 
   uint8_t id_;
+  bool is_signed_;
   protocol::FrameDecoder sent_{kGapTimeoutMs};
   protocol::FrameDecoder heard_{kGapTimeoutMs};
   client::Counters counters_{};

@@ -180,6 +180,60 @@ TEST(AvrRobots, ImagesTakeTheirTurnsAmongOthers) {
             << least * kRobots / static_cast<double>(all) << " of the mean at least\n";
 }
 
+// The image that signs, beside the same code on the host. What the tally of an image makes of
+// signed frames is what they say.
+TEST(AvrRobots, ASignedImageHasItsTurnsAndObeys) {
+  SimulationConfig config;
+  config.engine = Example().engine;
+  config.engine.links = {ChannelTiming{}.Link("radio-a")};
+  for (uint8_t id = 1; id <= 4; ++id) {
+    RobotConfig robot;
+    robot.client = Example().groups[0].client;
+    robot.client.id = id;
+    robot.client.boot_counter = id == 1 ? 0 : 100;
+    robot.start = {1, 1.6 + 0.2 * id, 0.35};
+    robot.pioneer = sim::FindPioneerModel("p3dx");
+    if (id <= 2) {
+      robot.image = BuiltAvrImage();
+      config.engine.frames.push_back(
+          engine::MakeFrame("radio-a", id, {1'000'000, std::llround(robot.start.y_m * 1e6)}, 20.0));
+    }
+    config.keys[id].fill(static_cast<uint8_t>(7 * id));
+    config.robots.push_back(robot);
+  }
+  Simulation simulation(config);
+  simulation.RunTo(10'000);
+  for (size_t i = 0; i < 4; ++i) {
+    const client::Counters counters = simulation.robot(i).counters();
+    EXPECT_GE(counters.answers, 40u) << i;
+    EXPECT_LE(counters.answers, 50u) << i;
+    EXPECT_GE(counters.hellos, 2u) << i;
+    EXPECT_EQ(1u, counters.hello_answers) << i;
+    EXPECT_GT(simulation.robot(i).true_pose().x_m, 1.5) << i;
+  }
+  EXPECT_EQ(0u, simulation.signing().counters().unsigned_frames);
+  EXPECT_EQ(0u, simulation.signing().counters().wrong_tags);
+  simulation.service().Inspect([](const engine::Engine& engine) {
+    EXPECT_EQ(1, engine.robots().Find(0, 1)->hello.nonce) << "an image counts this start itself";
+    EXPECT_EQ(101, engine.robots().Find(0, 2)->hello.nonce);
+    EXPECT_EQ(100, engine.robots().Find(0, 3)->hello.nonce);
+  });
+  ASSERT_TRUE(simulation.Issue({0, 2, protocol::CommandCode::kHalt, {}}).ok());
+  simulation.RunTo(12'000);
+  EXPECT_EQ(1u, simulation.robot(1).counters().acks);
+  EXPECT_EQ(0, simulation.robot(1).wheels().left_mm_s);
+  EXPECT_NE(0, simulation.robot(0).wheels().left_mm_s);
+}
+
+TEST(AvrRobots, TheImageOfARobotWithANetDoesNotSign) {
+  SimulationConfig config;
+  config.engine = Example().engine;
+  config.robot.image = BuiltForagerImage();
+  config.robot.pioneer = sim::FindPioneerModel("p3dx");
+  config.keys[config.robot.client.id];
+  EXPECT_THROW(Simulation{config}, std::runtime_error);
+}
+
 // Three images and a server whose transmitters are all keyed by a line, and need 40 ms from that to
 // the first bit, and 10 ms from the last one.
 class KeyedImages {

@@ -1,6 +1,5 @@
 #include "client_fw/swarm/live.h"
 
-#include <fmt/format.h>
 #include <poll.h>
 
 #include <cassert>
@@ -24,10 +23,6 @@ Result<keys::RobotsKeys> SignWith(const std::string& keys_file, SwarmConfig* con
       config->robots.empty() ? std::span(&config->robot, 1) : std::span(config->robots);
   std::set<uint8_t> ids;
   for (const RobotConfig& robot : robots) {
-    if (!robot.image.empty()) {
-      return Error{fmt::format("--keys: robot {} runs an image, whose key is in its EEPROM",
-                               robot.client.id)};
-    }
     const bool is_new = ids.insert(robot.client.id).second;
     assert(is_new);
     static_cast<void>(is_new);
@@ -38,7 +33,9 @@ Result<keys::RobotsKeys> SignWith(const std::string& keys_file, SwarmConfig* con
   }
   for (RobotConfig& robot : robots) {
     robot.client.key = taken.value().keys.at(robot.client.id).data();
-    robot.client.boot_counter = taken.value().first_start;
+    // An image counts this start itself.
+    robot.client.boot_counter =
+        static_cast<uint16_t>(taken.value().first_start - (robot.image.empty() ? 0 : 1));
   }
   return taken;  // where the keys are does not change when it is moved
 }

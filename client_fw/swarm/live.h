@@ -32,7 +32,7 @@ constexpr uint8_t kBufferedGapMs = 50;
 
 /// Has robots sign with the keys of their IDs in this file, as the server has it; empty: they do
 /// not. Their IDs differ, as a start is counted once for all. What it returns outlives them.
-/// Errors: those of keys::TakeKeys; a robot runs an image.
+/// Errors: those of keys::TakeKeys.
 Result<keys::RobotsKeys> SignWith(const std::string& keys_file, SwarmConfig* config);
 
 class LiveSwarm {

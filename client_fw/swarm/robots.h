@@ -50,8 +50,9 @@ std::string BuiltAvrImage();
 std::string BuiltForagerImage();
 
 /// MakeRobot for a robot with an image. Its client's settings (core/steering/settings.h) are in its
-/// EEPROM, and `boot_counter` is the number of earlier starts; except for the ID, the rest of
-/// `client` is fixed in the image.
+/// EEPROM, and `boot_counter` is the number of earlier starts; except for ID and key, the rest of
+/// `client` is fixed in the image. With a key, the client's signed image is run in place of
+/// BuiltAvrImage().
 std::unique_ptr<sim::MobileRobot> MakeAvrRobot(const RobotConfig& config, sim::RadioMedium* medium);
 
 }  // namespace pheromone::swarm

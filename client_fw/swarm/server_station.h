@@ -49,6 +49,8 @@ class ServerStation final : public sim::Station {
   /// Queues messages that the engine sends without a request on this link.
   void Queue(const engine::Outgoing& outgoing);
 
+  /// Its number on the medium.
+  int station() const { return number_; }
   radio::ChannelCounters counters() const { return channel_.counters(); }
   const protocol::DecoderCounters& decoder_counters() const {
     return channel_.decoder().counters();

@@ -46,7 +46,7 @@ SwarmConfig Simulation::Signed(const SimulationConfig& config) {
   SwarmConfig swarm = static_cast<const SwarmConfig&>(config);
   const auto sign = [this](RobotConfig* robot) {
     const auto key = keys_.find(robot->client.id);
-    if (key != keys_.end() && robot->image.empty()) {
+    if (key != keys_.end()) {
       robot->client.key = key->second.data();
     }
   };

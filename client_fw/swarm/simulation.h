@@ -29,7 +29,7 @@ struct SimulationConfig : SwarmConfig {
   engine::EngineConfig engine;  ///< at least `channels` links: channel i is link i
   ServerTiming server;
   /// By the robots' IDs. If there are any, all channels require signed frames, and `client.key` of
-  /// each robot is set; not of those that run an image, whose keys are in their EEPROM.
+  /// each robot is set.
   signing::Keys keys;
   uint64_t signing_seed = 1;  ///< of the server's nonces and group keys
 };

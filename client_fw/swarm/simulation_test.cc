@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "client_fw/sim/radio_tally.h"
 #include "client_fw/swarm/path_experiment.h"
 
 namespace pheromone::swarm {
@@ -53,6 +54,43 @@ TEST(Simulation, ASignedRobotObeysAndOneWithoutAKeyIsIgnored) {
   ASSERT_TRUE(simulation.Issue({0, 1, protocol::CommandCode::kHalt, {}}).ok());
   simulation.RunTo(11'000);
   EXPECT_EQ(simulation.robot(0).counters().commands, 1u);
+}
+
+// The robot's own counters are the oracle.
+TEST(Simulation, ATallyOfSignedFramesCountsWhatTheRobotCounts) {
+  class Ear : public sim::Station {
+   public:
+    void OnByte(uint8_t byte, int64_t time_ns) override {
+      tally.OnSent(byte, time_ns);
+      tally.OnHeard(byte, time_ns);
+    }
+    void OnTransmitted(int64_t /*time_ns*/) override {}
+    sim::RadioTally tally{1, true};
+  };
+  for (const bool rounds : {false, true}) {
+    Ear ear;
+    SimulationConfig config = OnALine();
+    for (uint8_t id = 1; id <= (rounds ? 3 : 1); ++id) {  // nothing collides
+      config.robots.push_back(config.robot);
+      config.robots.back().client.id = id;
+      config.robots.back().client.rounds = rounds;
+      config.robots.back().power_on_ms = 300 * id;
+      config.keys[id].fill(id);
+    }
+    config.add_listener = [&](size_t, sim::RadioMedium* medium) { medium->AddStation(&ear); };
+    Simulation simulation(config);
+    simulation.RunTo(10'100);
+    const client::Counters truth = simulation.robot().counters();
+    const client::Counters told = ear.tally.counters();
+    EXPECT_EQ(truth.requests, told.requests);
+    EXPECT_EQ(truth.answers, told.answers);
+    EXPECT_EQ(truth.hellos, told.hellos);
+    EXPECT_EQ(truth.hello_answers, told.hello_answers);
+    EXPECT_EQ(truth.rounds, told.rounds);
+    EXPECT_GT(told.answers, 40u);
+    EXPECT_EQ(rounds, told.rounds != 0);
+    EXPECT_EQ(simulation.robot().p_left(), ear.tally.p_left());
+  }
 }
 
 TEST(Simulation, LostFramesAreCountedAndTheRobotRecovers) {

@@ -31,7 +31,7 @@ AvrRobot::AvrRobot(const AvrRobotConfig& config, RadioMedium* medium)
       cable_byte_ns_(kTenBitsNs / config.machine.robot_baud),
       machine_(Strapped(config)),
       pioneer_(config.pioneer, config.start),
-      tally_(config.id),
+      tally_(config.id, config.is_signed),
       modem_(config.keyed),
       byte_ns_(kTenBitsNs / config.machine.radio_baud),
       station_(medium->AddStation(this, modem_ ? std::optional(kHandOverNs) : std::nullopt)) {

@@ -46,7 +46,8 @@ struct AvrBoardPins {
 
 struct AvrRobotConfig {
   AvrMachineConfig machine;
-  uint8_t id = 1;  ///< strapped
+  uint8_t id = 1;          ///< strapped
+  bool is_signed = false;  ///< the image signs, with the key in its EEPROM
   PioneerConfig pioneer;
   PlanePose start;
   AvrBoardPins pins;

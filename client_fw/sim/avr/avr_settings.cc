@@ -3,6 +3,8 @@
 #include <array>
 
 #include "client_fw/boards/nonvolatile.h"
+#include "protocol/aes.h"
+#include "protocol/crc16.h"
 
 namespace pheromone::sim {
 namespace {
@@ -25,13 +27,21 @@ std::vector<uint8_t> AvrEepromWith(const client::Settings& settings, uint16_t st
   client::Nonvolatile<HostEeprom, client::kSettingsSize> nonvolatile;
   std::array<uint8_t, client::kSettingsSize> packed{};
   client::PackSettings(settings, packed.data());
-  for (uint16_t start = 0; start < starts; ++start) {
-    nonvolatile.Save(packed.data());
-    while (!nonvolatile.saved()) {
-      nonvolatile.Step();
-    }
+  nonvolatile.BeginBehind(static_cast<uint16_t>(starts - 1u));
+  nonvolatile.Save(packed.data());
+  while (!nonvolatile.saved()) {
+    nonvolatile.Step();
   }
   return HostEeprom::Bytes();
+}
+
+void GiveAvrKey(const uint8_t* key, std::vector<uint8_t>* eeprom) {
+  constexpr size_t kKeyAddress = 0x200;  // client_fw/boards/avr/eeprom.h
+  eeprom->resize(kKeyAddress, 0xFF);
+  eeprom->insert(eeprom->end(), key, key + protocol::kAesBlock);
+  const uint16_t check = protocol::Check(key, protocol::kAesBlock);
+  eeprom->push_back(static_cast<uint8_t>(check & 0xFFu));
+  eeprom->push_back(static_cast<uint8_t>(check >> 8));
 }
 
 }  // namespace pheromone::sim

@@ -33,7 +33,7 @@ enum class LinkKind : uint8_t {
 /// whose map and pheromones are to be the scenario's. Ends after the scenario's duration, or soon
 /// after `*stop` is not 0 (a signal handler's doing). Errors: the number of ports is not that of
 /// channels, or a port cannot be opened. `keys_file` has the keys with which robots sign; empty:
-/// they do not. Errors with it: those of keys::TakeKeys, a robot with an image.
+/// they do not. Errors with it: those of keys::TakeKeys.
 Result<SwarmRecord> RunScenarioLive(const Scenario& scenario, const std::vector<std::string>& ports,
                                     const std::string& keys_file, LinkKind links,
                                     const volatile std::sig_atomic_t* stop,
