@@ -12,22 +12,21 @@
 #include "server/base/descriptor.h"
 
 namespace pheromone::attach {
-namespace {
 
 // What setserial(8) calls low_latency: FTDI's driver sets the latency timer to 1 ms.
-void AskForLowLatency(const std::string& port) {
-  const Descriptor descriptor(open(port.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+void AskForLowLatency(int descriptor) {
   serial_struct serial = {};
-  if (descriptor.valid() && ioctl(descriptor.get(), TIOCGSERIAL, &serial) == 0) {
+  if (ioctl(descriptor, TIOCGSERIAL, &serial) == 0) {
     serial.flags = static_cast<int>(static_cast<unsigned>(serial.flags) | ASYNC_LOW_LATENCY);
-    static_cast<void>(ioctl(descriptor.get(), TIOCSSERIAL, &serial));  // it may not be able to
+    static_cast<void>(ioctl(descriptor, TIOCSSERIAL, &serial));  // it may not be able to
   }
 }
 
-}  // namespace
-
 uint8_t AdapterLatencyMs(const std::string& port, const std::string& sys) {
-  AskForLowLatency(port);
+  const Descriptor descriptor(open(port.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (descriptor.valid()) {
+    AskForLowLatency(descriptor.get());
+  }
   std::error_code error;
   const std::string name = std::filesystem::canonical(port, error).filename().string();
   std::ifstream timer(sys + "/class/tty/" + name + "/device/latency_timer");

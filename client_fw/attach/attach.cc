@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "client_fw/attach/adapter.h"
+#include "client_fw/attach/adapter_measurement.h"
 #include "client_fw/attach/attached_robot.h"
 #include "client_fw/attach/connection.h"
 #include "client_fw/attach/rate_search.h"
@@ -33,6 +35,7 @@ class Attachment {
         servers_(options.servers, options.client.id),
         robot_(options.client),
         rates_(options.robot.baud),
+        adapter_(options.servers.front().baud, options.client.adapter_ms),
         reporter_(&port_, &servers_, &robot_) {}
 
   // What is not there may come; whoever has it does not expect us.
@@ -83,6 +86,7 @@ class Attachment {
         break;
       }
       robot_.OnModemBytes(bytes);
+      Measure(bytes);
     }
     servers_.Choose(now_ms_);
     if (servers_.TakeNewEpoch()) {
@@ -103,6 +107,23 @@ class Attachment {
         {{port_.descriptor(), port_.poll_events(), 0},
          {servers_.connection().descriptor(), servers_.connection().poll_events(), 0}}};
     poll(waited.data(), waited.size(), 1);
+  }
+
+  // The adapter of a modem on a port with a bit rate.
+  void Measure(std::span<const uint8_t> bytes) {
+    const Connection& modem = servers_.connection();
+    if (modem.address().kind != Address::Kind::kSerial || !modem.paced()) {
+      return;
+    }
+    adapter_.OnBytes(bytes, MonotonicNs());
+    if (adapter_.TakeNews()) {
+      robot_.SetAdapter(adapter_.latency_ms(), adapter_.rounds());
+      SayLine(now_ms_,
+              fmt::format("modem {}: measured, its adapter holds bytes back for {:.1f} ms; the "
+                          "robot {}",
+                          modem.address().text, static_cast<double>(adapter_.measured_ns()) / 1e6,
+                          AccessText(adapter_.rounds())));
+    }
   }
 
   void LookForTheRate() {
@@ -140,6 +161,7 @@ class Attachment {
   Servers servers_;
   AttachedRobot robot_;
   RateSearch rates_;
+  AdapterMeasurement adapter_;
   Reporter reporter_;
   int64_t start_ns_ = MonotonicNs();
   int64_t now_ms_ = 0;

@@ -46,6 +46,8 @@ class AttachedRobot {
   void OnModemBytes(std::span<const uint8_t> bytes);
   /// The server is another one, which does not know this robot.
   void GreetAgain() { robot_.GreetAgain(); }
+  /// The modem's adapter was measured (AdapterMeasurement).
+  void SetAdapter(uint8_t adapter_ms, bool rounds) { robot_.SetAdapter(adapter_ms, rounds); }
 
   /// Milliseconds of a clock that may wrap.
   void Step(uint32_t now_ms);

@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "client_fw/attach/adapter.h"
 #include "server/base/terminal.h"
 
 namespace pheromone::attach {
@@ -101,6 +102,7 @@ Status Connection::OpenSerial() {
     return Error{"cannot be set to " + std::to_string(address_.baud) + " baud"};
   }
   tcflush(descriptor_.get(), TCIOFLUSH);
+  AskForLowLatency(descriptor_.get());  // an adapter that was unplugged has forgotten it
   paced_ = address_.paced || !IsPseudoTerminal(address_.text);
   ++openings_;
   return Ok();

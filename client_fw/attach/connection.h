@@ -61,6 +61,8 @@ class Connection {
   /// Everything written has left, at the bit rate of the line if it has one.
   bool drained(int64_t now_ms) const;
 
+  /// Bytes come one by one at the bit rate of the address.
+  bool paced() const { return paced_; }
   /// Open. After a silence not before a byte was received, so that one that is silent again and
   /// again is not reported each time.
   bool up() const { return descriptor_.valid() && !connecting_ && !doubtful_; }

@@ -129,8 +129,7 @@ int Run(const Options& options) {
                                ? "delivers at once"
                                : fmt::format("its adapter may hold bytes back for {} ms",
                                              attach.client.adapter_ms),
-                           attach.client.rounds ? "takes turns if the server grants them"
-                                                : "contends for the channel"));
+                           AccessText(attach.client.rounds)));
   }
   attach.client.gap_timeout_ms = modem.kind == Address::Kind::kSerial ? 50 : 0;
   attach.duration_ms = static_cast<int64_t>(options.seconds * 1000);

@@ -91,6 +91,18 @@ class Conversation : private ConversationState, private LinkSigning {
     SayHello();
     Contend();
   }
+  /// For how long our adapter holds bytes back, as measured by now. Who begins or ceases to take
+  /// part in rounds says HELLO.
+  void SetAdapter(uint8_t adapter_ms, bool rounds) {
+    const bool other = rounds != parameters().rounds;
+    behaviour_.SetAdapter(adapter_ms, rounds);
+    medium_.set_adapter_ms(adapter_ms);
+    if (other) {
+      in_turn_ = false;
+      in_rounds_ = false;
+      GreetAgain();
+    }
+  }
   /// There are more robots than the channel can serve in a period, so periods are longer: perhaps
   /// longer than fail_safe_ms, which then stops the robot for a part of each.
   bool congested() const;

@@ -300,6 +300,57 @@ TEST(RoundsTest, ASimpleClientContendsInOpenings) {
   harness.SentSense();
 }
 
+uint8_t RoundPeriodOf(const protocol::Message& message) {
+  protocol::HelloRequest hello;
+  EXPECT_TRUE(Decode(message, &hello));
+  return hello.round_period;
+}
+
+// Its adapter was found to be slow, while a change is under way in a turn.
+TEST(RoundsTest, WhoCanNotTellTheTimeOfAByteLeaves) {
+  Rounds harness(Tracing());
+  harness.Greet();
+  EXPECT_NE(0, RoundPeriodOf(harness.sent));
+  harness.Grant({kTestId});
+  ASSERT_NE(0u, harness.TurnAfter());
+  const std::vector<uint8_t> change = harness.wire;
+  harness.conversation.SetAdapter(16, false);
+  harness.AnswerRound({{1, 2}}, {kOther}, 16);  // too late: it does not await it any more
+  EXPECT_EQ(0u, harness.counters().answers);
+  ASSERT_NE(0u, harness.TurnAfter());
+  EXPECT_EQ(0, RoundPeriodOf(harness.sent));
+  EXPECT_GT(harness.began_ms - harness.round_ms, 1u + kTurnMs);
+  harness.AnswerHello();
+  harness.Grant({kOther}, 16);
+  EXPECT_GT(harness.TurnAfter(), 1u + kTurnMs);
+  EXPECT_EQ(change, harness.wire);
+  harness.Answer(1, 2);
+  EXPECT_EQ(1u, harness.counters().answers);
+}
+
+TEST(RoundsTest, WhoCanTellItNowJoins) {
+  Parameters parameters = TestParameters();
+  parameters.rounds = false;
+  parameters.adapter_ms = 16;
+  Rounds harness(parameters);
+  harness.Greet();
+  harness.conversation.SetAdapter(1, true);
+  ASSERT_TRUE(harness.RunUntilSent());
+  EXPECT_EQ(parameters.period_ms / 20, RoundPeriodOf(harness.sent));
+  harness.AnswerHello();
+  harness.Grant({kOther, kTestId});
+  EXPECT_EQ(1u + kTurnMs, harness.TurnAfter());
+  harness.SentSense();
+}
+
+TEST(RoundsTest, WhoWaitsForAnotherTimeSaysNothing) {
+  Rounds harness;
+  harness.Greet();
+  harness.conversation.SetAdapter(1, true);
+  ASSERT_TRUE(harness.RunUntilSent());
+  harness.SentSense();
+}
+
 // Whatever the counts say, nothing beyond the frame is read.
 TEST(RoundsTest, AMalformedRoundIsIgnored) {
   Rounds harness;

@@ -105,6 +105,8 @@ class Robot {
 
   /// Conversation::GreetAgain.
   void GreetAgain() { conversation_.GreetAgain(); }
+  /// Conversation::SetAdapter.
+  void SetAdapter(uint8_t adapter_ms, bool rounds) { conversation_.SetAdapter(adapter_ms, rounds); }
   /// COMMAND 2, given by somebody beside the robot.
   protocol::Reason Resume() { return conversation_.behaviour()->Resume(); }
 

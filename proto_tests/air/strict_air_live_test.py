@@ -11,6 +11,9 @@ leave trails, so that each answer waits for the journal. Cases:
   contend  four pheromone-robots, each behind an adapter of 16 ms
   once     changes in damaged air, 1 and 3 %, while the daemon is killed and images are reset: each is
            on the map once. Four images in rounds, then four pheromone-robots that contend
+  measured a pheromone-robot behind an adapter of 16 ms that looks like a UART: it contends once it
+           has measured that. With --strict, another one behind a quick adapter that tells nothing:
+           it takes turns then
   keyed    two AVR images and a daemon whose transmitters are keyed by a line; with --strict, for quiet
            machines, no byte may be cut
 
@@ -77,21 +80,28 @@ class Channel:
         self.daemon = OperatedDaemon(self.arguments.bin_dir, self.folder)
         self.stack.callback(self.daemon.kill)
 
-    def attached(self, count):
-        """Robots behind adapters of 16 ms: they contend."""
-        for robot in range(1, count + 1):
-            pioneer, port = self.folder / f"pioneer{robot}", self.folder / f"ttyUSB{robot}"
+    def attached(self, *names):
+        """Robots whose ports have these names, for which one must be root. That of a USB adapter,
+        which tells no latency, is taken for one of 16 ms, with which a robot contends, until it has
+        been measured. Without a name it is a pseudo-terminal, and taken for a UART."""
+        for robot, name in enumerate(names, 1):
+            pioneer, modem = self.folder / f"pioneer{robot}", self.folder / f"modem{robot}"
             self.run(self.arguments.bin_dir / "pheromone-swarm", "pioneer", "--pty", pioneer,
                      stdin=subprocess.PIPE)
             await_that(pioneer.exists, "the Pioneer is there")
-            # The name of a USB adapter, which tells no latency, and so is taken for one of 16 ms.
-            port.touch()
-            self.robots.append(self.run(
-                "unshare", "--mount", "sh", "-c", 'mount --bind "$1" "$2" && shift 2 && exec "$@"',
-                "sh", os.path.realpath(self.folder / f"modem{robot}"), port,
-                self.arguments.bin_dir / "pheromone-robot", "--robot", pioneer, "--modem", port,
-                "--start", 0, 0, 0, "--id", 100 + robot, "--speed", 20, "--released",
-                "--lay-trail"))
+            named = []
+            if name:
+                port = self.folder / f"{name}{robot}"
+                port.touch()
+                named = ["unshare", "--mount", "sh", "-c",
+                         'mount --bind "$1" "$2" && shift 2 && exec "$@"', "sh",
+                         os.path.realpath(modem), port]
+                modem = port
+            with open(self.folder / f"log{robot}", "w", encoding="utf-8") as log:
+                self.robots.append(self.run(
+                    *named, self.arguments.bin_dir / "pheromone-robot", "--robot", pioneer,
+                    "--modem", modem, "--modem-baud", 9600, "--start", 0, 0, 0, "--id", 100 + robot,
+                    "--speed", 20, "--released", "--lay-trail", stdout=log))
             self.ids.append(100 + robot)
 
     def run(self, *words, **options):
@@ -236,7 +246,7 @@ def mixed(arguments):
         channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16", *of_images(folder, 3),
                        f"{folder}/modem1,adapter=16")
         channel.images(3, STANDS, LAYS_TRAIL)
-        channel.attached(1)
+        channel.attached("ttyUSB")
         rates, stops = channel.measure(arguments.seconds)
         told = channel.finish()
         print(told if arguments.verbose else "", end="")
@@ -250,10 +260,32 @@ def contend(arguments):
         folder = channel.folder
         channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16",
                        *(f"{folder}/modem{robot},adapter=16" for robot in range(1, 5)))
-        channel.attached(4)
+        channel.attached(*4 * ["ttyUSB"])
         rates, stops = channel.measure(arguments.seconds)
         told = channel.finish()
         print(told if arguments.verbose else "", end="")
+        tell(name, rates, stops)
+
+
+def measured(arguments):
+    name = "pheromone-robots that measure their adapters"
+    with Channel(arguments, name) as channel:
+        channel.serve(path="radio-a.pty", turnaround_ms=2)
+        folder = channel.folder
+        channel.on_air(f"{folder}/radio-a.pty,open=1", f"{folder}/modem1,adapter=16",
+                       f"{folder}/modem2,adapter=1")
+        expected = ["contends for the channel", "takes turns"]
+        channel.attached(*(["", "ttyUSB"] if arguments.strict else [""]))
+        for robot in range(1, len(channel.robots) + 1):
+            log = folder / f"log{robot}"
+            found = re.compile(r"measured, its adapter holds bytes back for [\d.]+ ms; the robot "
+                               + expected[robot - 1])
+            await_that(lambda: found.search(log.read_text()), lambda: f"{found}: {log.read_text()}")
+        rates, stops = channel.measure(arguments.seconds)
+        channel.finish()
+        print("".join(line for robot in range(1, len(channel.robots) + 1)
+                      for line in open(folder / f"log{robot}", encoding="utf-8")
+                      if " s  modem" in line), end="")
         tell(name, rates, stops)
 
 
@@ -274,7 +306,7 @@ def count_once(arguments, damaged, contends):
                   else of_images(folder, 4))
         channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16", *robots, damaged=damaged)
         if contends:
-            channel.attached(4)
+            channel.attached(*4 * ["ttyUSB"])
         else:
             channel.images(4, STANDS, LAYS_TRAIL)
         await_that(lambda: channel.present() >= set(channel.ids), "all robots are there")
@@ -333,7 +365,8 @@ def keyed(arguments):
         tell(name, rates, stops)
 
 
-CASES = {"damage": damage, "mixed": mixed, "contend": contend, "once": once, "keyed": keyed}
+CASES = {"damage": damage, "mixed": mixed, "contend": contend, "measured": measured, "once": once,
+         "keyed": keyed}
 
 
 def main():

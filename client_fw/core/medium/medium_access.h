@@ -127,6 +127,7 @@ class MediumAccess : private MediumVariables {
 
   /// The server's slot and response window; 0: unknown.
   void Tune(uint8_t slot_ms, uint8_t window_ms);
+  void set_adapter_ms(uint8_t adapter_ms) { adapter_ms_ = adapter_ms; }
   /// What a ROUND grants. True: turns of ours.
   bool Grant(const uint8_t* round);
   /// A random number below `bound`.

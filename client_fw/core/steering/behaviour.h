@@ -126,6 +126,10 @@ class Behaviour : private BehaviourVariables {
   Behaviour(const Behaviour& other, RequestMemory* memory) : Behaviour(other) { memory_ = memory; }
 
   const BehaviourState& state() const { return state_; }
+  void SetAdapter(uint8_t adapter_ms, bool rounds) {
+    state_.parameters.adapter_ms = adapter_ms;
+    state_.parameters.rounds = rounds;
+  }
 
   void Advance(uint16_t elapsed_ms) { RunDown(timers_, kTimers, elapsed_ms); }
   /// Once in each round of the loop, after Advance and what has been received.
