@@ -110,20 +110,22 @@ TEST_F(CodecSeeds, AreConfigurations) {
 // All but the hash.
 TEST_F(CodecSeeds, AreStates) {
   const auto verdicts = Verdicts("state_", ReadState);
-  EXPECT_EQ(
-      With(verdicts, "state hash mismatch"),
-      (std::set<std::string>{"broadcast", "edit", "no_pheromone", "node", "robots", "undoing"}));
+  EXPECT_EQ(With(verdicts, "state hash mismatch"),
+            (std::set<std::string>{"broadcast", "edit", "no_pheromone", "node", "revoked", "robots",
+                                   "undoing"}));
   const std::map<std::string, std::string> faults = {
       {"answer", "a message's length is 255"},
       {"broadcast_ended", "a broadcast that has ended"},
       {"command", "unknown command 77"},
       {"links_out_of_order", "links out of order"},
       {"no_sweep", "the sweep is not on the map"},
+      {"revoked_of_nobody", "keys[0].id is 0"},
+      {"revoked_out_of_order", "revoked keys that are not in ascending order"},
       {"robots_out_of_order", "robots out of order"},
       {"undoing_of_nothing", "an undoing under way of an edit that is not there"},
       {"version", "a state of version 7"},
   };
-  EXPECT_EQ(verdicts.size(), faults.size() + 6);
+  EXPECT_EQ(verdicts.size(), faults.size() + 7);
   for (const auto& [name, fault] : faults) {
     EXPECT_TRUE(verdicts.at(name).starts_with(fault)) << name << ": " << verdicts.at(name);
   }

@@ -83,9 +83,9 @@ class Session {
         Send(what);
       } else {
         static constexpr void (Session::*kOthers[])() = {
-            &Session::Reconfigure, &Session::Command,    &Session::Observe, &Session::Edit,
-            &Session::TurnClocks,  &Session::TurnLog,    &Session::Restart, &Session::Damage,
-            &Session::GoTo,        &Session::ChangeTags, &Session::ResetNet};
+            &Session::Reconfigure, &Session::Command,    &Session::Observe,  &Session::Edit,
+            &Session::TurnClocks,  &Session::TurnLog,    &Session::Restart,  &Session::Damage,
+            &Session::GoTo,        &Session::ChangeTags, &Session::ResetNet, &Session::RevokeKeys};
         (this->*kOthers[(what - kFirstOther) % std::size(kOthers)])();
       }
       LetTimePass();
@@ -230,6 +230,15 @@ class Session {
   void ResetNet() {
     const bool is_known = input_.U8() % 2 == 0;
     static_cast<void>(service_->Submit(NetsChanged{is_known ? "gate" : "gote"}, &out_));
+  }
+
+  void RevokeKeys() {
+    KeysRevoked change;
+    change.keys.resize(input_.U8() % 4);
+    for (RevokedKey& key : change.keys) {
+      key = {input_.U8(), {input_.U8()}};
+    }
+    static_cast<void>(service_->Submit(change, &out_));
   }
 
   void ChangeTags() {

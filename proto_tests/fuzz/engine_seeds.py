@@ -143,6 +143,11 @@ def net_reset(is_known=True):
     return other(10, bytes([not is_known]))
 
 
+def keys_revoked(*keys):
+    """Each a robot and the first byte of a fingerprint."""
+    return other(11, bytes([len(keys)]) + b"".join(bytes(it) for it in keys))
+
+
 RESTARTED = other(6, far(1000, 2) + b"\0")
 WHOLE = struct.pack("<H", 0)
 
@@ -287,6 +292,10 @@ def sessions():
         trace(2, 8, 400, 400) + event(2, 9, 3) + command(0, 2, 1) + command(0, 255, 1) +
         observed(0, 2, *near) + hello(2, 3) + RESTARTED + message(2, PING, pause=20) +
         reconfigured(8, 0) + RESTARTED + trace(2, 10, 400, 400) + other(6, far(-9, 2) + b"\1"))
+    yield "revoked", (
+        SMALL + two + keys_revoked((2, 9), (1, 9)) + keys_revoked((2, 9), (2, 8), (2, 8)) +
+        keys_revoked() + keys_revoked((0, 1)) + keys_revoked((255, 1)) + hello(2) + RESTARTED +
+        keys_revoked((1, 8)) + b"".join(damaged(0, (offset, 255)) for offset in range(150, 350, 9)))
     yield "damaged", (
         RICH + two + command(0, 2, 1) + command(0, 255, 1) + observed(0, 2, *near) + damaged(1) +
         damaged(0, (0, 9)) + b"".join(damaged(cut) for cut in range(40, 1800, 160)) +
@@ -295,7 +304,7 @@ def sessions():
 
 # --- What stands in files.
 
-VERSION = b"\3"  # of events and states
+VERSION = b"\4"  # of events and states
 
 
 def logged(kind, data):
@@ -404,10 +413,10 @@ def states():
     no_changes = b"\0" + many()
     field = 15 * nothing + no_edits + sweep + no_changes
 
-    def state(*links, broadcasts=(), field=field):
+    def state(*links, broadcasts=(), revoked=(), field=field):
         no_nets, no_tags = many(), many() + many() + many()
         return (VERSION + config() + struct.pack("<HQQB", 1, 1000, 3, 0) + many(*broadcasts) +
-                many(*links) + field + no_nets + no_tags + bytes(8))
+                many(*revoked) + many(*links) + field + no_nets + no_tags + bytes(8))
 
     def link(name, *robots):
         return text(name) + many(*robots)
@@ -417,6 +426,9 @@ def states():
     yield "robots", state(link(b"radio-a", robot(1, outcome=1), robot(2, rest=seen)), link(b"x"))
     yield "broadcast", state(broadcasts=[struct.pack("<HBBQ", 1, 0, 2, 5)])
     yield "broadcast_ended", state(broadcasts=[struct.pack("<HBBQ", 1, 0, 0, 5)])
+    yield "revoked", state(revoked=[b"\7" + bytes(8), b"\7" + bytes(7) + b"\1"])
+    yield "revoked_out_of_order", state(revoked=[b"\7" + bytes(8), b"\7" + bytes(8)])
+    yield "revoked_of_nobody", state(revoked=[bytes(9)])
     yield "links_out_of_order", state(link(b"b"), link(b"a"))
     yield "robots_out_of_order", state(link(b"b", robot(2), robot(2)))
     yield "command", state(link(b"b", robot(2, code=77)))
@@ -455,6 +467,7 @@ def events():
     yield "net_reset", logged(10, text(b"gate"))
     yield "undone", logged(11, b"\0")
     yield "redone", logged(11, b"\1")
+    yield "keys_revoked", logged(12, many(b"\7" + bytes(8), b"\x08" + bytes(range(8))))
     yield "of_no_kind", logged(15, b"")
     yield "sense", logged(1, b"\0\0" + bytes([1, SENSE | 1, 6]) + bytes(6))
 

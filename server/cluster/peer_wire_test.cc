@@ -76,7 +76,7 @@ TEST(PeerWire, HasTheBytesOfTheDescription) {
       "\x04\0\0\0\0\0\0\0"s);
   EXPECT_EQ(Encoded(GreetingOf("a")),
             "\x2C\0\0\0"s
-            "\0\x03\x03"s
+            "\0\x03\x04"s
             "\x05\0\0\0"s
             "0.1.0"
             "\x03\0\0\0"s
@@ -198,14 +198,14 @@ TEST(CheckGreeting, OtherVersionsAreToldWithTheOrderOfUpgrading) {
   const Greeting own = GreetingOf("a");
   Greeting newer = GreetingOf("b");
   newer.versions.program = "0.2.0";
-  newer.versions.events = 4;
+  newer.versions.events = 5;
   EXPECT_EQ(CheckGreeting(own, newer).ErrorOr(""),
-            "node b runs pheromoned 0.2.0 with event version 4, this node a pheromoned 0.1.0 with "
-            "event version 3, expected the same; upgrade this node: followers first, the leader "
+            "node b runs pheromoned 0.2.0 with event version 5, this node a pheromoned 0.1.0 with "
+            "event version 4, expected the same; upgrade this node: followers first, the leader "
             "last");
   EXPECT_EQ(CheckGreeting(newer, own).ErrorOr(""),
-            "node a runs pheromoned 0.1.0 with event version 3, this node b pheromoned 0.2.0 with "
-            "event version 4, expected the same; upgrade node a: followers first, the leader last");
+            "node a runs pheromoned 0.1.0 with event version 4, this node b pheromoned 0.2.0 with "
+            "event version 5, expected the same; upgrade node a: followers first, the leader last");
 }
 
 // Of a later version, only what all versions have in common is read.

@@ -41,17 +41,17 @@ std::string Hex(const std::string& bytes) {
 // Written by hand from server/store/journal/README.md, so that a changed layout is noticed.
 TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   EXPECT_EQ(Hex(Encoded(RequestReceived{0x0201, testing::Hello(7, 0x0403)})),
-            "0301"
+            "0401"
             "0102"
             "07"
             "71"
             "04"
             "03040100");
-  EXPECT_EQ(Hex(Encoded(Advance{})), "0302");
+  EXPECT_EQ(Hex(Encoded(Advance{})), "0402");
   CommandIssued command{1, 9, protocol::CommandCode::kSpeed, {}};
   command.arguments[0] = 0xAB;
   EXPECT_EQ(Hex(Encoded(command)),
-            "0304"
+            "0404"
             "0100"
             "09"
             "03"
@@ -65,7 +65,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   edit.points = {{-1, 2}};
   edit.continues = 4;
   EXPECT_EQ(Hex(Encoded(FieldEdited{edit})),
-            "0305"
+            "0405"
             "02"
             "01"
             "01"
@@ -75,10 +75,17 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "ffffffffffffffff"
             "0200000000000000"
             "0400000000000000");
-  EXPECT_EQ(Hex(Encoded(EditReversed{true})), "030b01");
+  EXPECT_EQ(Hex(Encoded(EditReversed{true})), "040b01");
+  EXPECT_EQ(Hex(Encoded(KeysRevoked{{{7, {1, 2, 3, 4, 5, 6, 7, 8}}, {9, {}}}})),
+            "040c"
+            "02000000"
+            "07"
+            "0102030405060708"
+            "09"
+            "0000000000000000");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Write{
                 1, 2, std::nullopt, true, 3, {4, 5, {6, 7}, {8, 9}, {-3, 11}}}})),
-            "0309"
+            "0409"
             "00"
             "0100"
             "0102"
@@ -94,13 +101,13 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "fdffffff"
             "0b000000");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Erase{1, 2, 3}})),
-            "0309"
+            "0409"
             "01"
             "0100"
             "02"
             "010300");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Define{{tags::RowKind::kString, 1, 2, "ab"}}})),
-            "0309"
+            "0409"
             "02"
             "02"
             "01000000"
@@ -108,17 +115,17 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "02000000"
             "6162");
   EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Forget{{"ab", 7}}})),
-            "0309"
+            "0409"
             "03"
             "02000000"
             "6162"
             "07");
   EXPECT_EQ(Hex(Encoded(NetsChanged{"ab"})),
-            "030a"
+            "040a"
             "02000000"
             "6162");
   EXPECT_EQ(Hex(Encoded(PoseObserved{1, 2, {{3, 4}, 5}, 6})),
-            "0306"
+            "0406"
             "0100"
             "02"
             "0300000000000000"
@@ -126,7 +133,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0500"
             "06000000");
   EXPECT_EQ(Hex(Encoded(GoalSet{1, 2, {{{3, 4}}, 100'000}})),
-            "0307"
+            "0407"
             "0100"
             "02"
             "01000000"
@@ -134,7 +141,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0400000000000000"
             "a0860100");
   EXPECT_EQ(Hex(Encoded(GoalEnded{1, 2, true, {3, 4}})),
-            "0308"
+            "0408"
             "0100"
             "02"
             "01"
@@ -166,14 +173,14 @@ TEST(EventCodec, EveryEventComesBack) {
 }
 
 TEST(EventCodec, AnUnknownVersionOrKindIsNamed) {
-  EXPECT_EQ(ErrorOf("\xC8\x03").find("an event of version 200, but this program reads version 3"),
+  EXPECT_EQ(ErrorOf("\xC8\x03").find("an event of version 200, but this program reads version 4"),
             0u);
   EXPECT_EQ(ErrorOf(std::string("\0\x03", 2))
-                .find("an event of version 0, but this program reads version 3"),
+                .find("an event of version 0, but this program reads version 4"),
             0u);
-  EXPECT_EQ(ErrorOf("\x03\x0C"), "unknown event kind 12");
-  EXPECT_EQ(ErrorOf(std::string("\x03\0", 2)), "unknown event kind 0");
-  EXPECT_EQ(ErrorOf("\x03\x02\x03"), "trailing bytes");
+  EXPECT_EQ(ErrorOf("\x04\x0D"), "unknown event kind 13");
+  EXPECT_EQ(ErrorOf(std::string("\x04\0", 2)), "unknown event kind 0");
+  EXPECT_EQ(ErrorOf("\x04\x02\x03"), "trailing bytes");
   EXPECT_EQ(ErrorOf(""), "unexpected end of data");
 }
 
@@ -291,6 +298,7 @@ std::string LayoutOfEverything() {
   text += "9 TagsChanged\n" + DescribeFields<TagsChanged>("  ");
   text += "10 NetsChanged\n" + DescribeFields<NetsChanged>("  ");
   text += "11 EditReversed\n" + DescribeFields<EditReversed>("  ");
+  text += "12 KeysRevoked\n" + DescribeFields<KeysRevoked>("  ");
   return text + "configuration\n" + DescribeFields<EngineConfig>("  ");
 }
 

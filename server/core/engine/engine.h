@@ -48,6 +48,7 @@ class Engine {
   const field::Field& field() const { return field_.field(); }
   const RobotTable& robots() const { return robots_.table(); }
   const RobotCounters& counters() const { return robots_.counters(); }
+  const RevokedKeys& revoked_keys() const { return robots_.revoked_keys(); }
   const NetsPart& nets() const { return nets_; }
   const tags::Store& tags() const { return tags_.store(); }
   uint16_t epoch() const { return epoch_; }

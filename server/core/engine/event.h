@@ -17,6 +17,7 @@
 #include "server/base/fields.h"
 #include "server/base/result.h"
 #include "server/core/engine/goal.h"
+#include "server/core/engine/revoked_keys.h"
 #include "server/core/engine/robot_frame.h"
 #include "server/core/field/config.h"
 #include "server/core/field/edit.h"
@@ -327,9 +328,20 @@ struct EditReversed {
   }
 };
 
+/// An operator revokes keys of robots, such as a lost robot's: no link takes them from now on,
+/// whatever the files with the keys have.
+struct KeysRevoked {
+  std::vector<RevokedKey> keys;
+
+  template <typename Self, typename Visit>
+  static void Fields(Self& it, Visit&& visit) {
+    visit("keys", it.keys);
+  }
+};
+
 using Event =
     std::variant<RequestReceived, Advance, ConfigChanged, CommandIssued, FieldEdited, PoseObserved,
-                 GoalSet, GoalEnded, TagsChanged, NetsChanged, EditReversed>;
+                 GoalSet, GoalEnded, TagsChanged, NetsChanged, EditReversed, KeysRevoked>;
 
 /// The numbers of event kinds, in encoded events and exports; never reused for another kind. The
 /// order is that of Event.
@@ -345,6 +357,7 @@ enum class EventKind : uint8_t {
   kTagsChanged = 9,
   kNetsChanged = 10,
   kEditReversed = 11,
+  kKeysRevoked = 12,
 };
 EventKind KindOf(const Event& event);
 

@@ -32,7 +32,7 @@ Event DecodeKind(uint8_t kind, ByteReader* reader, std::index_sequence<kIndex...
 
 EventKind KindOf(const Event& event) {
   static_assert(std::is_same_v<std::variant_alternative_t<0, Event>, RequestReceived> &&
-                std::is_same_v<std::variant_alternative_t<10, Event>, EditReversed>);
+                std::is_same_v<std::variant_alternative_t<11, Event>, KeysRevoked>);
   return static_cast<EventKind>(event.index() + 1);
 }
 

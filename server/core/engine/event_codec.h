@@ -20,7 +20,7 @@
 namespace pheromone::engine {
 
 /// The version of all encodings in this folder: events, configurations and states.
-constexpr uint8_t kCodecVersion = 3;
+constexpr uint8_t kCodecVersion = 4;
 
 /// Reads the first byte of an event or a state. Fails the reader for another version; `what` names
 /// the object, such as "an event".

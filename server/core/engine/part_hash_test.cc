@@ -248,10 +248,14 @@ TEST_F(PartHashTest, OfNets) {
 
 // Nothing is waiting for an acknowledgement of a broadcast.
 TEST_F(PartHashTest, OfTheEngineIsTheSumOfItsParts) {
+  bench.Apply(KeysRevoked{{{15, {1, 2, 3, 4, 5, 6, 7, 8}}, {3, {9}}}});
+  bench.Apply(KeysRevoked{{{15, {1, 2, 3, 4, 5, 6, 7, 8}}}});  // again
+  const uint64_t revoked =
+      Naive({'K', 15, 1, 2, 3, 4, 5, 6, 7, 8}) + Naive({'K', 3, 9, 0, 0, 0, 0, 0, 0, 0});
   EXPECT_EQ(bench.engine.StateHash(),
             Naive({'E', bench.engine.epoch()}) + HashConfig(bench.engine.config()) +
-                bench.engine.robots().hash() + Naive({'N', 0}) + bench.engine.field().hash() +
-                nets().Hash() + store().hash());
+                bench.engine.robots().hash() + revoked + Naive({'N', 0}) +
+                bench.engine.field().hash() + nets().Hash() + store().hash());
 }
 
 }  // namespace

@@ -335,7 +335,7 @@ std::optional<uint64_t> RobotsPart::NextDeadline() const {
 // --- State
 
 uint64_t RobotsPart::Hash() const {
-  uint64_t hash = table_.hash() + Hash64({'N', next_broadcast_seq_});
+  uint64_t hash = table_.hash() + revoked_keys_.hash() + Hash64({'N', next_broadcast_seq_});
   for (const Broadcast& broadcast : broadcasts_) {
     hash += Hash64({'B', broadcast.link, broadcast.seq, broadcast.left, broadcast.next_ms});
   }
@@ -351,6 +351,7 @@ void RobotsPart::Save(ByteWriter* writer) const {
     writer->U8(broadcast.left);
     writer->U64(broadcast.next_ms);
   }
+  revoked_keys_.Save(writer);
   table_.Save(writer);
 }
 
@@ -367,6 +368,7 @@ void RobotsPart::Restore(const Context& context, ByteReader* reader) {
     }
     broadcasts_.push_back(broadcast);
   }
+  revoked_keys_.Restore(reader);
   table_.Restore(reader);
   if (reader->ok()) {
     table_.Configure(*context.config);

@@ -1,5 +1,5 @@
 // The robots: which of them said HELLO, exactly-once execution of their changes, the operator's
-// commands with their retries, and goals.
+// commands with their retries, goals, and keys that are revoked.
 #pragma once
 
 #include <cstdint>
@@ -35,6 +35,7 @@ class RobotsPart {
   const RobotTable& table() const { return table_; }
   void ForgetAsMutant(LinkIndex link, uint8_t id) { table_.ForgetAsMutant(link, id); }
   const RobotCounters& counters() const { return counters_; }
+  const RevokedKeys& revoked_keys() const { return revoked_keys_; }
 
   /// Of a HELLO or an ACK.
   Handling Classify(LinkIndex link, const protocol::Message& message) const;
@@ -57,11 +58,17 @@ class RobotsPart {
   Status Check(const Context& context, const PoseObserved& seen) const;
   Status Check(const Context& context, const GoalSet& set) const;
   Status Check(const Context& context, const GoalEnded& ended) const;
+  Status Check(const Context& /*context*/, const KeysRevoked& revoked) const {
+    return revoked_keys_.Check(revoked.keys);
+  }
   /// A newer command replaces one that is still pending: a halt takes effect now.
   void Apply(const Context& context, const CommandIssued& issued, const Output& out);
   void Apply(const Context& context, const PoseObserved& seen, const Output& out);
   void Apply(const Context& context, const GoalSet& set, const Output& out);
   void Apply(const Context& context, const GoalEnded& ended, const Output& out);
+  void Apply(const Context& /*context*/, const KeysRevoked& revoked, const Output& /*out*/) {
+    revoked_keys_.Add(revoked.keys);
+  }
   void Advance(const Context& context, const Output& out);
   std::optional<uint64_t> NextDeadline() const;
   uint64_t Hash() const;
@@ -95,6 +102,7 @@ class RobotsPart {
   RobotTable table_;
   std::vector<Broadcast> broadcasts_;
   uint8_t next_broadcast_seq_ = 0;
+  RevokedKeys revoked_keys_;
   RobotCounters counters_;
 };
 

@@ -188,7 +188,7 @@ TEST(State, BytesThatNoEngineSavedAreRefusedWithWords) {
   other[0] = 9;
   EXPECT_EQ(
       Restored(other).error(),
-      "a state of version 9, but this program reads version 3; use the program that wrote it");
+      "a state of version 9, but this program reads version 4; use the program that wrote it");
   // A changed byte is refused, unless no answer depends on it and no hash covers it.
   int refused = 0;
   int tried = 0;

@@ -269,6 +269,11 @@ class CsvTables : public RecordingExport {
   void operator()(const engine::NetsChanged& it) {
     AddEvent(NsOf(*time_), "operator", std::nullopt, 0, "net reset", "", it.net);
   }
+  void operator()(const engine::KeysRevoked& it) {
+    for (const engine::RevokedKey& key : it.keys) {
+      AddEvent(NsOf(*time_), "operator", std::nullopt, key.id, "key revoked", "", "");
+    }
+  }
   void operator()(const engine::PoseObserved& /*it*/) {}  // poses are in robots.csv
   void operator()(const engine::Advance& /*it*/) {}
   void operator()(const engine::RequestReceived& /*it*/) {}  // robots' are in batches

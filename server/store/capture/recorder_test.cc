@@ -68,6 +68,8 @@ void Happen(Live* live, Radio* radio, const engine::Event& event) {
     static_cast<void>(live->service().Edit(edited->edit));
   } else if (const auto* reversed = std::get_if<engine::EditReversed>(&event)) {
     static_cast<void>(live->service().Reverse(reversed->redo));
+  } else if (std::holds_alternative<engine::KeysRevoked>(event)) {
+    static_cast<void>(live->service().Submit(event, &out));
   } else if (const auto* seen = std::get_if<engine::PoseObserved>(&event)) {
     live->service().Observe({seen, 1});
   } else if (const auto* change = std::get_if<engine::ConfigChanged>(&event)) {

@@ -137,6 +137,11 @@ struct Describer {
   void operator()(const engine::NetsChanged& /*it*/) const {
     AddWord("event", "nets_changed", values);
   }
+  void operator()(const engine::KeysRevoked& it) const {
+    AddWord("event", "keys_revoked", values);
+    Add("robot", it.keys.empty() ? 0 : it.keys.front().id, values);
+    Add("value", it.keys.size(), values);
+  }
   void operator()(const engine::PoseObserved& it) const {
     AddWord("event", "observed", values);
     Add("link", it.link, values);

@@ -73,7 +73,7 @@ TEST(Format, TheBytesAreThoseOfTheDescription) {
             "2900000000000000"
             "e803000000000000"
             "fbffffffffffffff"
-            "0302");
+            "0402");
   EXPECT_EQ(Hex(file.substr(96, 17)),
             "03"
             "2900000000000000"

@@ -198,6 +198,9 @@ uint64_t Service::Order(const Stamp& stamp, const Event& event, std::vector<Outg
       observer->OnEvent(sequence, stamp, event, std::span(*out).subspan(before));
     });
   }
+  if (revoked_ && std::holds_alternative<KeysRevoked>(event)) {
+    revoked_();
+  }
   if (const auto* ended = std::get_if<GoalEnded>(&event); ended != nullptr && ended->reached) {
     traffic_.NoteArrival(ended->link, ended->id, stamp.field_time_ms);
     if (arrived_) {

@@ -94,6 +94,10 @@ class Service {
   /// here. Errors: the event is not possible, so this state is not the other's.
   Status Follow(const Stamp& stamp, Event event, std::vector<Outgoing>* out);
 
+  /// Called when keys were revoked, here or by another server. Under the lock, from any thread:
+  /// post, and do not call back. To be set before anything else is called.
+  void OnRevoked(std::function<void()> revoked) { revoked_ = std::move(revoked); }
+
   /// Called when a configuration was followed. Under the lock, from the thread that follows: post,
   /// and do not call back. To be set before anything else is called.
   void OnConfigured(std::function<void()> configured) { configured_ = std::move(configured); }
@@ -299,6 +303,7 @@ class Service {
   Arrived arrived_;
   Forward forward_;
   std::function<void()> configured_;
+  std::function<void()> revoked_;
   std::map<std::pair<LinkIndex, uint8_t>, Asker> forwarded_;  // of the robots' pending changes
   std::map<uint64_t, std::optional<field::FinishedWork>> awaited_works_;  // by their sequence
   std::vector<Observer*> observers_;  // few: in the order of attachment

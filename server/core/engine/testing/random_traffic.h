@@ -107,6 +107,9 @@ class RandomTraffic {
     return static_cast<uint8_t>((robot != nullptr ? robot->last_seq : 0) + ahead);
   }
 
+  // Of few, so that some are revoked again.
+  RevokedKey AnyKey() { return {AnyId(), {static_cast<uint8_t>(Below(4)), 0xFF}}; }
+
   Event Request(const Engine& engine) {
     const auto link = static_cast<LinkIndex>(Below(2));
     const uint8_t id = AnyId();
@@ -199,6 +202,11 @@ class RandomTraffic {
   Event Any(const Engine& engine) {
     const auto link = static_cast<LinkIndex>(Below(2));
     switch (Below(26)) {
+      case 5:
+        if (Below(16) == 0) {
+          return KeysRevoked{{AnyKey(), AnyKey()}};
+        }
+        return Advance{};
       case 0:
         return Below(20) == 0  ? Event(NetsChanged{"gate"})
                : Below(3) == 0 ? Event(EditReversed{Below(3) == 0})
@@ -227,7 +235,6 @@ class RandomTraffic {
           return GoalSet{link, AnyId(), {{AnyPoint(), AnyPoint()}, 20'000}};
         }
         return GoalEnded{link, AnyId(), Below(2) == 0, AnyPoint()};
-      case 5:
       case 6:
         return Advance{};
       default:
