@@ -193,6 +193,65 @@ class RequireTest(SignedLink):
         self.assertNotIn(seven.key.hex(), self.daemon.log())
         self.assertIn('"unknown_robots"', self.ctl("links", "--json"))
 
+    def revoke_eight(self):
+        self.assertEqual(self.ctl("keys", "revoke", 8),
+                         "revoked: robot 8, on pty, tcp, udp; for good, whatever the keys file "
+                         "has\n")
+        await_that(lambda: self.daemon.log().count(": keys revoked 8\n") == LINKS, self.daemon.log)
+
+    def test_a_key_that_is_revoked_at_the_server_ends_its_session_at_once(self):
+        line = self.open()
+        seven, eight = (SignedRobot(line, it, self.key_of(it)) for it in (7, 8))
+        seven.hello(nonce=1)
+        eight.hello(nonce=1)
+        group = seven.group
+        self.revoke_eight()
+        line.send(eight.sealed(PING, b"?"))
+        line.send(eight.first_hello(nonce=2))
+        line.send(seven.sealed(PING, b"?"))  # it knows the group's key as well
+        seven.hello(nonce=1)
+        self.assertNotEqual(seven.group, group)
+        seven.ping(b"again")
+        self.assertEqual(self.counters(), (1, 0, 2))
+        self.assertRegex(self.ctl("links"), rf"(?m)^revoked on {self.link}: robot 8$")
+        self.assertIn("revoked the keys of robots [8]",
+                      (self.folder / "state" / "audit.jsonl").read_text())
+        self.ctl("reload")  # the file still has it
+        line.send(eight.first_hello(nonce=3))
+        seven.ping(b"still there")
+        self.assertEqual(self.counters(), (1, 0, 3))
+
+    def test_a_revoked_key_is_not_taken_after_a_restart_and_another_one_is(self):
+        self.revoke_eight()
+        lost = self.key_of(8)
+        self.daemon.kill()
+        for file in (self.folder / "state").iterdir():
+            self.assertNotIn(lost, file.read_bytes())
+        self.assertIn("keys_revoked", self.ctl("journal", "dump", "state"))
+        for nonce in (1, 2):
+            self.start()
+            line = self.open()
+            seven, eight = (SignedRobot(line, it, self.key_of(it)) for it in (7, 8))
+            line.send(eight.first_hello(nonce))
+            seven.hello(nonce)  # nothing comes before its answer
+            self.assertEqual(self.counters(), (0, 0, 1))
+            if nonce == 1:  # nor with another state that is made of this one
+                self.daemon.stop()
+                self.ctl("journal", "resample", "--config", "test.toml", "state")
+        self.ctl("keys", "revoke", 8, "--file", "robots.keys")
+        self.ctl("keys", "new", 8, "--file", "robots.keys")
+        self.ctl("reload")
+        await_that(lambda: self.daemon.log().count(": keys added 8\n") == LINKS, self.daemon.log)
+        SignedRobot(line, 8, self.key_of(8)).hello(nonce=1)
+        seven.ping(b"still there")
+
+    def test_a_robot_without_a_key_cannot_be_revoked(self):
+        answer = subprocess.run([BIN / "pheromonectl", "keys", "revoke", "8", "9"], text=True,
+                                cwd=self.folder, capture_output=True, check=False)
+        self.assertEqual(answer.returncode, 1)
+        self.assertIn("no link has a key of robot 9, expected one of 7, 8; ", answer.stderr)
+        SignedRobot(self.open(), 8, self.key_of(8)).hello(nonce=1)
+
     def test_keys_that_are_only_added_end_no_session(self):
         line = self.open()
         seven = SignedRobot(line, 7, self.key_of(7))

@@ -9,6 +9,7 @@ import json
 import os
 import pathlib
 import signal
+import socket
 import ssl
 import subprocess
 import sys
@@ -18,7 +19,8 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from cluster.machines import Machines  # noqa: E402
 from operated_daemon import PATIENCE_S, await_that  # noqa: E402
-from stranger.client import Client, ErrorAnswer, NoAnswer  # noqa: E402
+from signed_robot import SignedRobot  # noqa: E402
+from stranger.client import Client, ErrorAnswer, Line, NoAnswer  # noqa: E402
 from stranger.servers import Servers  # noqa: E402
 from test_config import link, map_of, pheromone, table  # noqa: E402
 from tls_test import make_certificate  # noqa: E402
@@ -30,12 +32,26 @@ CONFIG = (map_of(10.0, 10.0) + pheromone(1, "trail", tau_s=60.0)
           + table("web", listen="127.0.0.1:0", tls_certificate="lab.pem", tls_key="lab.key"))
 
 
-class ClusterTest(unittest.TestCase):
+KEYS = {robot: bytes([robot] * 16) for robot in (7, 8, 9)}
+SIGNED = CONFIG + link("signed", "udp", listen="127.0.0.1:0", security="require",
+                       keys="robots.keys")
+
+
+def write_keys(folder):
+    make_certificate(folder)
+    file = folder / "robots.keys"
+    file.write_text("".join(f"{robot} {key.hex()}\n" for robot, key in KEYS.items()))
+    file.chmod(0o600)
+
+
+class TwoServers(unittest.TestCase):
+    config, add_files = CONFIG, staticmethod(make_certificate)
+
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
-        self.machines = Machines(BIN, pathlib.Path(temporary.name), config=CONFIG,
-                                 add_files=make_certificate)
+        self.machines = Machines(BIN, pathlib.Path(temporary.name), config=self.config,
+                                 add_files=self.add_files)
         self.addCleanup(self.machines.close)
         self.leader = self.machines.leader()
         self.follower = next(it for it in self.machines.nodes if it != self.leader)
@@ -49,6 +65,8 @@ class ClusterTest(unittest.TestCase):
         return subprocess.run([BIN / "pheromonectl", "--socket", "pheromoned.sock", *words], text=True,
                               cwd=self.machines.folders[node], capture_output=True, check=False)
 
+
+class ClusterTest(TwoServers):
     def test_what_a_robot_lays_at_one_server_is_sensed_at_the_other(self):
         at_leader, at_follower = self.robot(1, self.leader), self.robot(2, self.follower)
         epochs = {robot.hello(7).epoch for robot in (at_leader, at_follower)}
@@ -234,6 +252,47 @@ class ClusterTest(unittest.TestCase):
         for words in (("cluster", "status"), ("--json", "cluster", "status")):
             self.assertEqual(self.ctl(self.leader, *words).returncode, 1, words)
         robot.sense(1, 5000, 5000, 0)
+
+
+class SignedLinkTest(TwoServers):
+    config, add_files = SIGNED, staticmethod(write_keys)
+
+    def signed(self, node, *robots):
+        """Those robots at the node's link."""
+        links = json.loads(self.machines.daemons[node].call("GET", "/api/v1/links")[1])["links"]
+        (address,) = [it["address"] for it in links if it["name"] == "signed"]
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as peer:
+            peer.connect(("127.0.0.1", int(address.rpartition(":")[2])))
+            line = Line(os.dup(peer.fileno()))
+        self.addCleanup(line.close)
+        return [SignedRobot(line, robot, KEYS[robot]) for robot in robots]
+
+    def revoke(self, node, robot):
+        answer = self.ctl(node, "keys", "revoke", str(robot))
+        self.assertEqual(answer.returncode, 0, answer)
+
+        def is_dropped(daemon):
+            return f"link signed: keys revoked {robot}\n" in daemon.log()
+        for daemon in self.machines.daemons.values():
+            await_that(lambda it=daemon: is_dropped(it), daemon.log)
+
+    def assert_only_seven_is_heard(self, node):
+        seven, eight, nine = self.signed(node, 7, 8, 9)
+        for robot in (eight, nine):
+            robot.line.send(robot.first_hello(nonce=2))
+        seven.hello(nonce=2)  # nothing comes before its answer
+
+    def test_a_key_that_is_revoked_at_one_server_is_taken_by_none(self):
+        (eight,) = self.signed(self.follower, 8)
+        eight.hello(nonce=1)
+        self.revoke(self.follower, 8)
+        self.revoke(self.leader, 9)
+        self.machines.kill(self.leader)
+        self.assertEqual(self.machines.leader(), self.follower)
+        self.assert_only_seven_is_heard(self.follower)
+        self.machines.start(self.leader)
+        self.machines.await_equal()
+        self.assert_only_seven_is_heard(self.leader)
 
 
 if __name__ == "__main__":

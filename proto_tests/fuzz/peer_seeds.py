@@ -19,7 +19,7 @@ def frame(kind, *fields):
     return struct.pack("<I", len(body)) + body
 
 
-def greeting(peers=3, events=3, rest=None):
+def greeting(peers=3, events=4, rest=None):
     known = text(b"lab") + text(b"a") + text(b"1f") + struct.pack("<QQ", 7, 9)
     return frame(0, bytes([peers, events]), text(b"0.1.0"), known if rest is None else rest)
 
@@ -39,8 +39,9 @@ def changes():
     yield "goal_cancelled", 4, struct.pack("<HB", 0, 5)
     yield "erased", 5, struct.pack("<BHBB", 1, 3, 2, 0)
     yield "net", 6, text(b"trails")
-    yield "tau", 7, struct.pack("<Bq", 1, 30_000)
-    yield "reload", 8, b""
+    yield "revoked", 7, struct.pack("<IB", 1, 8) + bytes(range(8))
+    yield "tau", 8, struct.pack("<Bq", 1, 30_000)
+    yield "reload", 9, b""
 
 
 def messages():
@@ -72,7 +73,7 @@ def seeds():
     yield "session", b"\x1F" + b"".join(good.values())
     yield "bytewise", b"\0" + b"".join(good.values())
     yield "later_version", b"\xFF" + greeting(peers=4, rest=b"what is not known yet")
-    yield "later_events", b"\xFF" + greeting(events=4)
+    yield "later_events", b"\xFF" + greeting(events=5)
     yield "bad_empty", b"\xFF" + struct.pack("<I", 0)
     yield "bad_long", b"\xFF" + struct.pack("<I", 1 << 17 | 1) + bytes(64)
     yield "bad_type", b"\xFF" + frame(11)

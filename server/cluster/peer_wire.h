@@ -180,7 +180,8 @@ struct ReloadRequest {
 struct OperatorChange {
   uint64_t number = 0;  ///< the sender's; comes back in the OperatorResult
   std::variant<engine::FieldEdited, engine::EditReversed, engine::CommandIssued, GoalRequest,
-               GoalCancellation, engine::TagsChanged, engine::NetsChanged, TauChange, ReloadRequest>
+               GoalCancellation, engine::TagsChanged, engine::NetsChanged, engine::KeysRevoked,
+               TauChange, ReloadRequest>
       change;
 
   template <typename Self, typename Visit>

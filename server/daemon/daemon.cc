@@ -95,6 +95,8 @@ class Daemon::Impl {
                         }
                         return changed;
                       },
+                  .keys = [this] { return config_.Keys(); },
+                  .drop_revoked = [this] { links_.DropRevoked(); },
                   .snapshot = [this](auto done) { MakeSnapshot(std::move(done)); },
                   .is_kept = !journal_->folder().empty(),
                   .cluster = member_ != nullptr ? std::optional(member_->live()) : std::nullopt}),
@@ -113,6 +115,7 @@ class Daemon::Impl {
       std::this_thread::sleep_for(journal_->IsBehind() ? kBetweenPortionsBehind : kBetweenPortions);
     });
     service_.OnEarlierDeadline([this] { boost::asio::post(strand_, [this] { Tick(); }); });
+    service_.OnRevoked([this] { boost::asio::post(strand_, [this] { links_.DropRevoked(); }); });
     if (member_ != nullptr) {
       service_.OnChange([this](const engine::Event& event) { return member_->Forward(event); });
       service_.OnConfigured(

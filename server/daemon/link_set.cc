@@ -54,7 +54,7 @@ std::optional<cluster::SharedLink> SharedLinkOf(const links::LinkConfig& link,
 
 LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
                  engine::Service* service, links::LinkRouter* router, links::Tap* tap)
-    : keys_(config.keys), ports_(CountPorts(config.links)) {
+    : service_(service), keys_(config.keys), used_(config.keys), ports_(CountPorts(config.links)) {
   const std::string node = config.cluster ? config.cluster->node : "";
   std::vector<LinkLeases::Shared> shared;
   for (size_t i = 0; i < config.links.size(); ++i) {
@@ -103,6 +103,7 @@ LinkSet::LinkSet(boost::asio::io_context& io, const config::Config& config,
 }
 
 bool LinkSet::Start() {
+  DropRevoked();
   bool good = true;
   size_t up = 0;
   for (size_t i = 0; i < links_.size(); ++i) {
@@ -126,16 +127,35 @@ bool LinkSet::Start() {
   return good;
 }
 
-void LinkSet::SetKeys(const std::map<std::string, signing::Keys>& keys) {
-  for (const auto& link : links_) {
-    const auto old = keys_.find(link->name());
-    const auto read = keys.find(link->name());
-    if (old == keys_.end() || read == keys.end() || old->second == read->second) {
-      continue;  // not signed: other settings require a restart
+void LinkSet::SetKeys(const LinkKeys& keys) {
+  const std::lock_guard lock(keys_mutex_);
+  for (auto& [link, its] : keys_) {
+    if (const auto read = keys.find(link); read != keys.end()) {
+      its = read->second;  // else not signed any more: that requires a restart
     }
-    spdlog::info("link {}: keys {}", link->name(), DescribeKeys(old->second, read->second));
-    old->second = read->second;
-    link->SetKeys(read->second);
+  }
+  UpdateKeys();
+}
+
+void LinkSet::DropRevoked() {
+  const std::lock_guard lock(keys_mutex_);
+  UpdateKeys();
+}
+
+void LinkSet::UpdateKeys() {
+  const auto revoked =
+      service_->Inspect([](const engine::Engine& engine) { return engine.revoked_keys(); });
+  for (const auto& link : links_) {
+    const auto used = used_.find(link->name());
+    if (used == used_.end()) {
+      continue;  // not signed
+    }
+    signing::Keys valid = Sift(keys_[link->name()], revoked).valid;
+    if (valid != used->second) {
+      spdlog::info("link {}: keys {}", link->name(), DescribeKeys(used->second, valid));
+      used->second = valid;
+      link->SetKeys(std::move(valid));
+    }
   }
 }
 

@@ -5,13 +5,12 @@
 //   links.Stop();           // then `io` runs dry
 //   links.Summarise();
 //
-// The messages of links go to the log. Start and Stop: one thread; SetKeys: by one at a time. All
-// arguments outlive it.
+// The messages of links go to the log. Start and Stop: one thread. All arguments outlive it.
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -21,12 +20,12 @@
 #include "server/config/config.h"
 #include "server/core/engine/service/service.h"
 #include "server/daemon/link_leases.h"
+#include "server/daemon/revocations.h"
 #include "server/robots/links/link.h"
 #include "server/robots/links/link_router.h"
 #include "server/robots/links/send_permit.h"
 #include "server/robots/links/tap.h"
 #include "server/robots/links/tracker_link.h"
-#include "server/robots/signing/keys.h"
 #include "server/robots/signing/signing.h"
 
 namespace pheromone::daemon {
@@ -42,9 +41,12 @@ class LinkSet {
   bool Start();
   void Stop();
 
-  /// Takes the keys of the signed links that are here, by their names: revoked robots are ignored
-  /// at once. Logs which robots' keys changed.
-  void SetKeys(const std::map<std::string, signing::Keys>& keys);
+  /// Takes the keys of the signed links that are here, without those that the state has as revoked
+  /// (engine::RevokedKeys): robots without one are ignored at once. Logs which robots' keys
+  /// changed. Any thread.
+  void SetKeys(const LinkKeys& keys);
+  /// Does that again with the last ones. Any thread, but not under the service's lock.
+  void DropRevoked();
 
   /// In the order of the configuration; always the same.
   const std::vector<std::unique_ptr<links::Link>>& links() const { return links_; }
@@ -57,7 +59,12 @@ class LinkSet {
   void Summarise() const;
 
  private:
-  std::map<std::string, signing::Keys> keys_;  // of signed links
+  void UpdateKeys();
+
+  engine::Service* const service_;
+  std::mutex keys_mutex_;  // of the next two; before the service's
+  LinkKeys keys_;          // of signed links, as read
+  LinkKeys used_;          // as the links have them
   std::vector<std::unique_ptr<signing::Signing>> signings_;
   std::vector<std::unique_ptr<links::SendPermit>> permits_;  // of ports that others have, too
   boost::asio::thread_pool ports_;  // opens and closes them: a thread for each

@@ -28,6 +28,7 @@
 #include "server/config/config.h"
 #include "server/daemon/captures.h"
 #include "server/daemon/deadlines.h"
+#include "server/daemon/revocations.h"
 #include "server/operators/control/control.h"
 #include "server/robots/links/link.h"
 #include "server/robots/links/link_router.h"
@@ -66,8 +67,10 @@ struct LiveParts {
   std::function<Result<std::vector<std::string>>()> reload;  ///< called as an operation
   std::function<Status()> reload_secrets;                    ///< likewise; in a cluster
   std::function<Status(uint8_t, int64_t)> change_tau;        ///< likewise
-  Snapshot snapshot;                                         ///< asks the journal for one
-  bool is_kept = false;                                      ///< there is a journal
+  std::function<LinkKeys()> keys;      ///< of the signed links, as their files have them
+  std::function<void()> drop_revoked;  ///< the links take no key that the state has as revoked
+  Snapshot snapshot;                   ///< asks the journal for one
+  bool is_kept = false;                ///< there is a journal
   std::optional<LiveCluster> cluster{};
   std::chrono::milliseconds patience{5'000};  ///< with a log or a recording that waits for the disk
   std::chrono::milliseconds snapshot_patience{12'000};  ///< below that of the HTTP server
@@ -110,6 +113,8 @@ class LiveControl final : public control::Control {
   void CancelGoal(std::string_view link, uint8_t id, Done done) override;
   void ChangeTags(const engine::TagsChanged& change, Done done) override;
   void ChangeNets(const engine::NetsChanged& change, Done done) override;
+  void RevokeKeys(std::span<const uint8_t> robots,
+                  DoneWith<std::vector<std::string>> done) override;
   void HaltAll(DoneWith<std::vector<std::string>> done) override;
   void ChangeTau(uint8_t type, int64_t tau_ms, Done done) override;
   void Reload(DoneWith<std::vector<std::string>> done) override;
@@ -150,6 +155,7 @@ class LiveControl final : public control::Control {
  private:
   using TimePoint = std::chrono::steady_clock::time_point;
 
+  void Revoke(const engine::KeysRevoked& change, Done done);
   void EditNow(const field::FieldEdit& edit, const DoneWith<control::EditOutcome>& done);
   // Where another server orders the changes, passes on one; else false, without calling.
   template <typename T, typename Change, typename Convert>

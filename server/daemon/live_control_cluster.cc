@@ -91,6 +91,8 @@ void LiveControl::Accept(const cluster::OperatorChange& change, const Finish& do
           ChangeTags(it, Telling(finish));
         } else if constexpr (std::is_same_v<Change, engine::NetsChanged>) {
           ChangeNets(it, Telling(finish));
+        } else if constexpr (std::is_same_v<Change, engine::KeysRevoked>) {
+          Revoke(it, Telling(finish));
         } else if constexpr (std::is_same_v<Change, cluster::TauChange>) {
           ChangeTau(it.type, it.tau_ms, Telling(finish));
         } else {

@@ -122,6 +122,9 @@ control::StatusView LiveControl::GetStatus(bool with_hash) const {
 
 std::vector<control::LinkView> LiveControl::GetLinks() const {
   const std::vector<links::LinkConfig>& configured = *parts_.link_configs;
+  const auto revoked =
+      parts_.service->Inspect([](const engine::Engine& engine) { return engine.revoked_keys(); });
+  const LinkKeys keys = revoked.keys().empty() ? LinkKeys() : parts_.keys();
   const std::lock_guard lock(mutex_);
   std::vector<control::LinkView> views;
   for (size_t i = 0; i < parts_.links->size(); ++i) {
@@ -147,6 +150,9 @@ std::vector<control::LinkView> LiveControl::GetLinks() const {
     view.byte_rate = ByteRateOf(configured[i]);
     view.bytes_per_s = i < samples_.size() ? samples_[i].bytes_per_s : 0;
     view.counters = CountsOf(counters);
+    if (const auto its = keys.find(link.name()); its != keys.end()) {
+      view.revoked = Sift(its->second, revoked).revoked;
+    }
   }
   return views;
 }

@@ -188,6 +188,8 @@ class LiveControlTest : public ::testing::Test {
                   tau_ = {type, tau_ms};
                   return reloaded_.ok() ? Ok() : Status(Error{reloaded_.error()});
                 },
+            .keys = [this] { return keys_; },
+            .drop_revoked = [this] { ++drops_; },
             .snapshot = [this](auto done) { snapshot_ = std::move(done); },
             .patience = patience,
             .snapshot_patience = patience};
@@ -197,6 +199,8 @@ class LiveControlTest : public ::testing::Test {
   Result<std::vector<std::string>> reloaded_ = std::vector<std::string>{"links wait"};
   Status reloaded_secrets_ = Ok();
   std::pair<uint8_t, int64_t> tau_{};
+  LinkKeys keys_;
+  int drops_ = 0;  // how often the links were told to
   control::Control::DoneWith<std::optional<std::string>> snapshot_;
   // Nothing is waited for until the patience ends, but where a test is about that.
   LiveControl control_{Parts(std::chrono::hours(1))};

@@ -139,6 +139,7 @@ struct LinkView {
   std::optional<double> byte_rate;       ///< capacity of the line in bytes per second, if limited
   double bytes_per_s = 0;                ///< both ways, over about the last ten seconds
   std::vector<NamedCount> counters;
+  std::vector<uint8_t> revoked;  ///< robots of which a key in its file is revoked
 };
 
 /// What was reported where cameras and other trackers report poses.
@@ -284,6 +285,11 @@ class Control {
   virtual void ChangeTags(const engine::TagsChanged& change, Done done) = 0;
   /// Begins a net anew. Errors: there is no such net.
   virtual void ChangeNets(const engine::NetsChanged& change, Done done) = 0;
+  /// Revokes the keys of robots for good (engine::KeysRevoked): the sessions of their links end,
+  /// and robots with other keys begin new ones. `done` gets the links with these keys. Errors: no
+  /// link has a key of one of the robots.
+  virtual void RevokeKeys(std::span<const uint8_t> robots,
+                          DoneWith<std::vector<std::string>> done) = 0;
   /// Halts all robots on all links, even while the log does not accept changes or the disk does not
   /// respond; no other request delays it. `done` gets the names of the links that this server
   /// sends on once the halt was passed to them; GetLinks tells which are down, and GetClients who

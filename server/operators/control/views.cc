@@ -257,7 +257,8 @@ json::value ToJson(const std::vector<control::LinkView>& links) {
           link.byte_rate ? json::value(link.bytes_per_s / *link.byte_rate) : json::value(nullptr)},
          {"counters", std::move(counters)},
          {"losses", std::move(losses)},
-         {"errors", errors}});
+         {"errors", errors},
+         {"revoked", json::array(link.revoked.begin(), link.revoked.end())}});
   }
   return json::object{{"links", std::move(array)}};
 }

@@ -39,8 +39,8 @@ void AddNetCommands(CLI::App* program, const ServerOptions* options, int* exit_s
 /// modem ...: radio modems on two serial ports, without a server.
 void AddModemCommands(CLI::App* program, int* exit_status);
 
-/// keys ...: the robots' keys in a file, without a server.
-void AddKeysCommands(CLI::App* program, int* exit_status);
+/// keys ...: the robots' keys in a file, without a server; revoke also at one.
+void AddKeysCommands(CLI::App* program, const ServerOptions* options, int* exit_status);
 
 /// replay: replays recordings.
 void AddReplayCommands(CLI::App* program, int* exit_status);

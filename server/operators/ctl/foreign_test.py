@@ -161,7 +161,7 @@ class TextOfServersTest(Folder):
         "paint trail 1 1": None, "erase trail --all": None, "undo": None, "redo": None,
         "halt": True, "resume --all": None, "command radio-a 7 speed 100 --no-wait": None,
         "snapshot": None, "reload": None, "deposit none 1 1": True, "tags show none": None,
-        "net show none": True, "clients --link none": None,
+        "net show none": True, "clients --link none": None, "keys revoke 8": None,
     }
 
     def test_no_control_character_of_a_string_reaches_the_terminal(self):

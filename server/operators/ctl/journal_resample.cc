@@ -57,13 +57,17 @@ maps::SavedField WithoutLaid(const field::Field& field, uint64_t now_ms) {
   return all;
 }
 
-// An engine that begins with this configuration and the deposits on the map.
+// An engine that begins with this configuration, the deposits on the map, and what is for good.
 engine::Engine BeginWith(const engine::EngineConfig& config, uint16_t epoch,
-                         const engine::Stamp& stamp, const maps::SavedField& left) {
+                         const engine::Stamp& stamp, const maps::SavedField& left,
+                         const engine::RevokedKeys& revoked) {
   engine::Engine engine;
   std::vector<engine::Outgoing> out;
   uint64_t sequence = 0;
   engine.Apply(++sequence, stamp, engine::ConfigChanged{config, epoch}, &out);
+  if (!revoked.keys().empty()) {
+    engine.Apply(++sequence, stamp, engine::KeysRevoked{revoked.keys()}, &out);
+  }
   for (const field::InitialRaster& print : left.initial_rasters) {
     for (const field::InitialNode& it : *print.nodes) {
       const field::PointUm at = config.field.map.PositionOf(it.node);
@@ -181,7 +185,8 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
     return Fail(kUsage, folder + " does not match the configuration: " + moved.error());
   }
   const auto epoch = static_cast<uint16_t>(std::max(1, (state.engine.epoch() + 1) & 0xFFFF));
-  const engine::Engine engine = BeginWith(config, epoch, state.stamp, moved.value().field);
+  const engine::Engine engine =
+      BeginWith(config, epoch, state.stamp, moved.value().field, state.engine.revoked_keys());
   auto made = PosixFolder::Open(next, PosixFolder::Mode::kOwner);
   Status done = made.ok() ? journal::WriteSnapshot(engine, state.stamp, made.value().get())
                           : Status(Error{made.error()});

@@ -142,6 +142,24 @@ class KeysTest(unittest.TestCase):
                              "change it, expected mode 0600: chmod 600 robots.keys\n")
         self.assertEqual(self.file.read_text(), before)
 
+    def test_changes_at_the_same_time_are_all_kept(self):
+        self.ctl("new", *range(101, 111), "--file", "robots.keys")
+
+        def begun(command, robot):
+            return subprocess.Popen([PHEROMONECTL, "keys", command, str(robot), "--file",
+                                     self.file.name], cwd=self.folder, stdout=subprocess.DEVNULL)
+        processes = [begun("new", robot) for robot in range(1, 31)]
+        processes += [begun("revoke", robot) for robot in range(101, 111)]
+        self.assertEqual({it.wait(PATIENCE_S) for it in processes}, {0})
+        self.assertEqual(set(self.keys()), set(range(1, 31)))
+        self.assertEqual(os.listdir(self.folder), ["robots.keys"])
+
+    def test_without_a_file_a_server_is_asked(self):
+        result = subprocess.run([PHEROMONECTL, "--socket", "none.sock", "keys", "revoke", "8"],
+                                cwd=self.folder, text=True, capture_output=True, check=False)
+        self.assertEqual((result.returncode, result.stdout), (3, ""))
+        self.assertIn("none.sock", result.stderr)
+
     def test_ids_are_those_of_robots(self):
         for robot in ("0", "255", "x"):
             self.assertIn(f'found "{robot}", expected a whole number from 1 to 254',

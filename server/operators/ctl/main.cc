@@ -53,7 +53,7 @@ int Main(int argc, char** argv) {
   AddJournalCommands(&app, &status);
   AddNetCommands(&app, &options, &status);
   AddModemCommands(&app, &status);
-  AddKeysCommands(&app, &status);
+  AddKeysCommands(&app, &options, &status);
   AddReplayCommands(&app, &status);
   AddExportCommands(&app, &options, &status);
   try {

@@ -104,6 +104,19 @@ bool IsDone(const ServerOptions& options, const JsonReply& reply) {
   return reply.exit_status != 0 || options.json;
 }
 
+// Robots that are not heard though a link's file has their key.
+void ShowRevoked(const json::value& links) {
+  for (const json::value& link : ItemsAt(links, "links")) {
+    std::vector<std::string> robots;
+    for (const json::value& robot : ItemsAt(link, "revoked")) {
+      robots.push_back(robot.is_number() ? std::to_string(robot.to_number<int>()) : "?");
+    }
+    if (!robots.empty()) {
+      fmt::print("revoked on {}: robot {}\n", TextAt(link, "name"), fmt::join(robots, ", "));
+    }
+  }
+}
+
 }  // namespace
 
 int ShowStatus(const ServerOptions& options, bool with_hash) {
@@ -196,6 +209,7 @@ int ShowLinks(const ServerOptions& options) {
          Losses(At(link, "losses")), StateOf(link)});
   }
   PrintTable(rows);
+  ShowRevoked(reply.value);
   ShowTrackers(options);
   return 0;
 }

@@ -1,13 +1,18 @@
 #include "server/robots/signing/keys_file.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <filesystem>
 #include <optional>
 #include <system_error>
 #include <utility>
 
+#include "server/base/descriptor.h"
 #include "server/base/file.h"
 #include "server/base/message.h"
 
@@ -56,6 +61,21 @@ Result<Key> ParseKey(std::string_view digits) {
     key[i] = *ParseNumber(digits.substr(2 * i, 2), 16);
   }
   return key;
+}
+
+// The file itself is replaced, so the lock is its folder's.
+Result<Descriptor> LockFolderOf(const std::string& path) {
+  const std::string parent = std::filesystem::path(path).parent_path();
+  const std::string folder = parent.empty() ? "." : parent;
+  Descriptor lock(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  int locked = -1;
+  do {
+    locked = flock(lock.get(), LOCK_EX);
+  } while (locked != 0 && errno == EINTR);
+  if (locked != 0) {
+    return SystemError(folder);
+  }
+  return lock;
 }
 
 }  // namespace
@@ -123,8 +143,15 @@ Result<KeysFile> KeysFile::Read(const std::string& path) {
   return Parse(text, path);
 }
 
-Status KeysFile::Write(const std::string& path) const {
-  return WriteSecretFile(path, text());
+Status KeysFile::Change(const std::string& path, IfMissing if_missing,
+                        const std::function<Status(KeysFile*)>& change) {
+  PHEROMONE_TRY(const Descriptor lock, LockFolderOf(path));
+  std::error_code error;
+  const bool is_begun = if_missing == IfMissing::kBegin &&
+                        !std::filesystem::exists(std::filesystem::symlink_status(path, error));
+  PHEROMONE_TRY(KeysFile file, is_begun ? KeysFile() : Read(path));
+  PHEROMONE_TRY_STATUS(change(&file));
+  return WriteSecretFile(path, file.text());
 }
 
 Keys KeysFile::keys() const {

@@ -6,15 +6,17 @@
 // ID from 1 to 254, KEY 32 hexadecimal digits; what follows a # is a comment. Only its owner may
 // read it.
 //
-//   PHEROMONE_TRY(KeysFile file, KeysFile::Read("robots.keys"));
-//   file.Add(8, key);                  // comments and order of all other lines are kept
-//   PHEROMONE_TRY_STATUS(file.Write("robots.keys"));
+//   PHEROMONE_TRY_STATUS(KeysFile::Change("robots.keys", kBegin, [&](KeysFile* file) {
+//     file->Add(8, key);                  // comments and order of all other lines are kept
+//     return Ok();
+//   }));
 //
 // Errors are FILE:LINE: what was found, what was expected; no message contains a key.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -43,8 +45,13 @@ class KeysFile {
   /// Errors: those of Parse; it cannot be read, or not by its owner only.
   static Result<KeysFile> Read(const std::string& path);
 
-  /// Atomically, with mode 0600; see WriteSecretFile (server/base/file.h).
-  Status Write(const std::string& path) const;
+  /// Replaces a file by what `change` makes of it, with mode 0600 (WriteSecretFile,
+  /// server/base/file.h). If there is none, one is begun, or it is an error. Waits for other
+  /// changes in this folder, by whatever process: none is lost. Errors: those of Read and of
+  /// `change`; then the file is unchanged.
+  enum class IfMissing { kBegin, kError };
+  static Status Change(const std::string& path, IfMissing if_missing,
+                       const std::function<Status(KeysFile*)>& change);
 
   const std::map<uint8_t, Robot>& robots() const { return robots_; }
   Keys keys() const;

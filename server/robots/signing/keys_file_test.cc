@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 
 #include "server/base/testing/temporary_folder.h"
@@ -109,27 +110,34 @@ class KeysFileOnDisk : public ::testing::Test {
     return stat(path_.c_str(), &status) == 0 ? status.st_mode & 07777u : 0;
   }
 
+  Status Change(const std::function<Status(KeysFile*)>& change) const {
+    return KeysFile::Change(path_, KeysFile::IfMissing::kBegin, change);
+  }
+
   const TemporaryFolder folder_;
   const std::string path_ = (folder_ / "robots.keys").string();
 };
 
 TEST_F(KeysFileOnDisk, IsReadAsItWasWrittenByItsOwnerOnly) {
-  KeysFile file;
-  ASSERT_TRUE(file.Add(7, kKeyOfSeven));
+  std::string text;
   const mode_t before = umask(0);
-  const Status written = file.Write(path_);
+  const Status written = Change([&](KeysFile* file) {
+    EXPECT_TRUE(file->Add(7, kKeyOfSeven));
+    text = file->text();
+    return Ok();
+  });
   umask(before);
   ASSERT_TRUE(written.ok()) << written.error();
   EXPECT_EQ(Mode(), 0600U);
   const auto read = KeysFile::Read(path_);
   ASSERT_TRUE(read.ok()) << read.error();
   EXPECT_EQ(read.value().keys(), (Keys{{7, kKeyOfSeven}}));
-  EXPECT_EQ(read.value().text(), file.text());
+  EXPECT_EQ(read.value().text(), text);
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}), 1);
 }
 
 TEST_F(KeysFileOnDisk, ThatOthersMayReadOrChangeIsRefused) {
-  ASSERT_TRUE(KeysFile().Write(path_).ok());
+  ASSERT_TRUE(Change([](KeysFile*) { return Ok(); }).ok());
   for (const mode_t mode : {0640u, 0604u, 0620u, 0602u}) {
     ASSERT_EQ(chmod(path_.c_str(), mode), 0);
     EXPECT_EQ(KeysFile::Read(path_).ErrorOr("none"),
@@ -140,6 +148,14 @@ TEST_F(KeysFileOnDisk, ThatOthersMayReadOrChangeIsRefused) {
   }
   ASSERT_EQ(chmod(path_.c_str(), 0400), 0);
   EXPECT_TRUE(KeysFile::Read(path_).ok());
+}
+
+TEST_F(KeysFileOnDisk, IsUnchangedByAChangeThatFails) {
+  EXPECT_EQ(Change([](KeysFile*) { return Error{"no"}; }).ErrorOr(""), "no");
+  EXPECT_FALSE(std::filesystem::exists(path_));
+  EXPECT_EQ(KeysFile::Change(path_, KeysFile::IfMissing::kError, [](KeysFile*) { return Ok(); })
+                .ErrorOr(""),
+            path_ + ": cannot be opened: No such file or directory");
 }
 
 TEST_F(KeysFileOnDisk, ThatIsMissingOrWrongIsNamed) {

@@ -13,9 +13,9 @@
 namespace pheromone::ctl {
 namespace {
 
-void AddFile(CLI::App* command, std::string* file) {
-  command->add_option("--file", *file, "The file with the robots' keys, as [[link]] names it")
-      ->required()
+CLI::Option* AddFile(CLI::App* command, std::string* file) {
+  return command
+      ->add_option("--file", *file, "The file with the robots' keys, as [[link]] names it")
       ->type_name("FILE");
 }
 
@@ -23,7 +23,6 @@ void AddIds(CLI::App* command, KeysOptions* options) {
   command->add_option("ID", options->ids, "Robot IDs")
       ->required()
       ->check(WholeNumber(1, signing::kMaxRobot));
-  AddFile(command, &options->file);
 }
 
 void AddExport(CLI::App* keys, int* exit_status) {
@@ -32,7 +31,7 @@ void AddExport(CLI::App* keys, int* exit_status) {
   command->add_option("ID", it->id, "Robot ID")
       ->required()
       ->check(WholeNumber(1, signing::kMaxRobot));
-  AddFile(command, &it->file);
+  AddFile(command, &it->file)->required();
   command->add_option("--robot", it->robot, "32 hexadecimal digits, for pheromone-robot --key")
       ->type_name("FILE");
   command->add_option("--eeprom", it->eeprom, "Intel HEX, with which avrdude writes the EEPROM")
@@ -47,23 +46,29 @@ void AddExport(CLI::App* keys, int* exit_status) {
 
 }  // namespace
 
-void AddKeysCommands(CLI::App* program, int* exit_status) {
+void AddKeysCommands(CLI::App* program, const ServerOptions* options, int* exit_status) {
   CLI::App* keys = program->add_subcommand(
-      "keys", "The robots' keys of signed links, in a file: new, list, revoke, export");
+      "keys", "The robots' keys of signed links: new, list, revoke, export");
   keys->require_subcommand(1);
   const auto it = std::make_shared<KeysOptions>();
 
   CLI::App* make = keys->add_subcommand("new", "Make random keys, and the file if there is none");
   AddIds(make, it.get());
+  AddFile(make, &it->file)->required();
   make->callback([=] { *exit_status = MakeKeys(*it); });
 
   CLI::App* list = keys->add_subcommand("list", "Show which robots have keys, and the comments");
-  AddFile(list, &it->file);
+  AddFile(list, &it->file)->required();
   list->callback([=] { *exit_status = ListKeys(it->file); });
 
-  CLI::App* revoke = keys->add_subcommand("revoke", "Remove keys: their robots are not heard");
+  CLI::App* revoke = keys->add_subcommand(
+      "revoke",
+      "Revoke keys at the server, or remove them from a file: their robots are not heard");
   AddIds(revoke, it.get());
-  revoke->callback([=] { *exit_status = RevokeKeys(*it); });
+  AddFile(revoke, &it->file);
+  revoke->callback([=] {
+    *exit_status = it->file.empty() ? RevokeKeysAtServer(*options, it->ids) : RevokeKeysInFile(*it);
+  });
 
   AddExport(keys, exit_status);
 }

@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <iostream>
-#include <system_error>
 #include <utility>
+#include <vector>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/serialize.hpp>
 
 #include "server/base/file.h"
 #include "server/base/random.h"
+#include "server/operators/ctl/json_read.h"
 #include "server/operators/ctl/keys/key_formats.h"
 #include "server/operators/ctl/server_call.h"
 #include "server/operators/ctl/table.h"
@@ -17,33 +21,24 @@
 namespace pheromone::ctl {
 namespace {
 
+namespace json = boost::json;
 using signing::Key;
 using signing::KeysFile;
 
 constexpr const char* kReload = "a running server takes it with: pheromonectl reload\n";
 
-bool Exists(const std::string& path) {
-  std::error_code error;
-  return std::filesystem::exists(std::filesystem::symlink_status(path, error));
-}
-
-Result<KeysFile> ReadOrBegin(const std::string& path) {
-  return Exists(path) ? KeysFile::Read(path) : KeysFile();
-}
-
-Status MakeThem(const KeysOptions& options) {
-  PHEROMONE_TRY(KeysFile file, ReadOrBegin(options.file));
+Status Make(const KeysOptions& options, KeysFile* file) {
   for (const int id : options.ids) {
     Key key{};
     FillRandom(key);
-    if (!file.Add(static_cast<uint8_t>(id), key)) {
+    if (!file->Add(static_cast<uint8_t>(id), key)) {
       return Error{
           fmt::format("{}:{}: robot {} has a key, expected a robot without: revoke it "
                       "first for another",
-                      options.file, file.robots().at(static_cast<uint8_t>(id)).line, id)};
+                      options.file, file->robots().at(static_cast<uint8_t>(id)).line, id)};
     }
   }
-  return file.Write(options.file);
+  return Ok();
 }
 
 Error HasNoKey(const std::string& file, int id) {
@@ -53,14 +48,13 @@ Error HasNoKey(const std::string& file, int id) {
                   file, id, file)};
 }
 
-Status RevokeThem(const KeysOptions& options) {
-  PHEROMONE_TRY(KeysFile file, KeysFile::Read(options.file));
+Status Revoke(const KeysOptions& options, KeysFile* file) {
   for (const int id : options.ids) {
-    if (!file.Remove(static_cast<uint8_t>(id))) {
+    if (!file->Remove(static_cast<uint8_t>(id))) {
       return HasNoKey(options.file, id);
     }
   }
-  return file.Write(options.file);
+  return Ok();
 }
 
 Status Export(const KeyExport& options) {
@@ -93,7 +87,8 @@ int Report(const Status& status, const std::string& good) {
 }  // namespace
 
 int MakeKeys(const KeysOptions& options) {
-  return Report(MakeThem(options),
+  return Report(KeysFile::Change(options.file, KeysFile::IfMissing::kBegin,
+                                 [&](KeysFile* file) { return Make(options, file); }),
                 fmt::format("{} new in {}; {}", options.ids.size(), options.file, kReload));
 }
 
@@ -110,9 +105,29 @@ int ListKeys(const std::string& file) {
   return 0;
 }
 
-int RevokeKeys(const KeysOptions& options) {
-  return Report(RevokeThem(options),
+int RevokeKeysInFile(const KeysOptions& options) {
+  return Report(KeysFile::Change(options.file, KeysFile::IfMissing::kError,
+                                 [&](KeysFile* file) { return Revoke(options, file); }),
                 fmt::format("{} revoked in {}; {}", options.ids.size(), options.file, kReload));
+}
+
+int RevokeKeysAtServer(const ServerOptions& server, const std::vector<int>& ids) {
+  const json::object body{{"ids", json::array(ids.begin(), ids.end())}};
+  const JsonReply reply = CallJson(server, "POST", "/api/v1/revoke", json::serialize(body));
+  if (reply.exit_status != 0) {
+    return reply.exit_status;
+  }
+  if (server.json) {
+    fmt::print("{}", reply.text);
+    return 0;
+  }
+  std::vector<std::string> links;
+  for (const json::value& link : ItemsAt(reply.value, "links")) {
+    links.emplace_back(TextOf(link));
+  }
+  fmt::print("revoked: robot {}, on {}; for good, whatever the keys file has\n",
+             fmt::join(ids, ", "), fmt::join(links, ", "));
+  return 0;
 }
 
 int ExportKey(const KeyExport& options) {

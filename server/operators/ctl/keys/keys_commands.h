@@ -1,10 +1,12 @@
 // pheromonectl keys: the robots' keys in a file (server/robots/signing/keys_file.h), without a
-// server.
+// server; and revoking keys at a running one.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
+
+#include "server/operators/ctl/server_call.h"
 
 namespace pheromone::ctl {
 
@@ -31,7 +33,11 @@ int MakeKeys(const KeysOptions& options);
 int ListKeys(const std::string& file);
 
 /// Removes the robots' lines. Error: one of the robots has no key.
-int RevokeKeys(const KeysOptions& options);
+int RevokeKeysInFile(const KeysOptions& options);
+
+/// Has a server revoke the keys of these robots, on all its links. Error: no link has a key of one
+/// of them.
+int RevokeKeysAtServer(const ServerOptions& server, const std::vector<int>& ids);
 
 /// Error: the robot has no key, or a file cannot be written.
 int ExportKey(const KeyExport& options);

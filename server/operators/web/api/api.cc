@@ -154,6 +154,7 @@ constexpr auto kRoutes = std::to_array<Route>({
     {"/api/v1/nets", Where::kLongWork, ReadNets, ChangeNets},
     {kCommand, Where::kAtOnce, nullptr, Command},
     {"/api/v1/goto", Where::kAtOnce, nullptr, GoTo},
+    {"/api/v1/revoke", Where::kLongWork, nullptr, RevokeKeys},
     {kHalt, Where::kAtOnce, nullptr, Halt},
     {kUnlock, Where::kAtOnce, nullptr, Unlock},
     {"/api/v1/ticket", Where::kTicket},

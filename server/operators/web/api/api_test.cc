@@ -69,6 +69,24 @@ TEST_F(ApiTest, ARecordingIsLookedAtStartedAndStoppedAtOnePath) {
   EXPECT_EQ(testing::AnswerOf(&api_, {.method = "POST", .target = "/api/v1/capture"}).status, 401);
 }
 
+TEST_F(ApiTest, KeysOfRobotsAreRevoked) {
+  EXPECT_EQ(Parsed(Post("revoke", R"({"ids":[8,254]})")),
+            json::parse(R"({"done":true,"links":["radio-a","radio-b"]})"));
+  EXPECT_EQ(control_.revoked, (std::vector<uint8_t>{8, 254}));
+  control_.revoked.clear();
+  using Case = std::pair<std::string, std::string>;
+  for (const auto& [ids, found] : {Case("[]", "an array of 0"), Case("[0]", "0"),
+                                   Case("[255]", "255"), Case("[8,264]", "264")}) {
+    EXPECT_EQ(Refusal(Post("revoke", R"({"ids":)" + ids + "}")),
+              "400 ids: found " + found + ", expected IDs of robots, whole numbers from 1 to 254");
+  }
+  EXPECT_EQ(Post("revoke", "{}").status, 400);
+  EXPECT_TRUE(control_.revoked.empty());
+  control_.outcome = Error{"no link has a key of robot 8"};
+  EXPECT_EQ(Refusal(Post("revoke", R"({"ids":[8]})")),
+            "409 : no link has a key of robot 8, expected ");
+}
+
 TEST_F(ApiTest, WhatAnOperatorHasDoneAndWhatWasRefusedAreEvents) {
   EXPECT_EQ(
       Post("paint", R"({"pheromone":"trail","points_m":[[2,1],[3,1]],"radius_m":0.1})").status,

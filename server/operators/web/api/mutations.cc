@@ -325,6 +325,29 @@ void Unlock(control::Control* /*control*/, Parameters* fields, Respond respond) 
   respond(fields->problem() ? Refuse(400, *fields->problem()) : Done({}));
 }
 
+void RevokeKeys(control::Control* control, Parameters* fields, Respond respond) {
+  constexpr int64_t kLastRobot = 254;
+  constexpr const char* kExpected = "IDs of robots, whole numbers from 1 to 254";
+  const auto ids = fields->Integers("ids", kLastRobot).value_or(std::vector<int64_t>());
+  const auto none =
+      std::find_if(ids.begin(), ids.end(), [](int64_t id) { return id < 1 || id > kLastRobot; });
+  if (none != ids.end()) {
+    fields->Note({"found " + std::to_string(*none), "ids", kExpected});
+  } else if (ids.empty()) {
+    fields->Expected("ids", kExpected);
+  }
+  fields->AllowOnly({"ids"});
+  if (fields->problem()) {
+    respond(Refuse(400, *fields->problem()));
+    return;
+  }
+  const std::vector<uint8_t> robots(ids.begin(), ids.end());
+  control->RevokeKeys(
+      robots, [respond = std::move(respond)](const Result<std::vector<std::string>>& links) {
+        respond(Outcome("links", links));
+      });
+}
+
 void Reload(control::Control* control, Parameters* fields, Respond respond) {
   fields->AllowOnly({});
   if (fields->problem()) {

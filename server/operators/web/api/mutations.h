@@ -41,6 +41,9 @@ void GoTo(control::Control* control, Parameters* fields, Respond respond);
 /// pheromone, tau_s: its evaporation, until the configuration is reread.
 void ChangeLaw(control::Control* control, Parameters* fields, Respond respond);
 
+/// ids = [...]: the robots whose keys are revoked. Answers with the links that had them.
+void RevokeKeys(control::Control* control, Parameters* fields, Respond respond);
+
 void Halt(control::Control* control, Parameters* fields, Respond respond);
 /// Changes nothing: tells whoever has the right token so, before it is needed.
 void Unlock(control::Control* control, Parameters* fields, Respond respond);

@@ -38,7 +38,13 @@ CONFIG = "".join([
     table("journal", folder="state"), table("capture", folder="captures"),
     table("web", listen="127.0.0.1:0", token_file="token"),
     pty("radio-a"), link("modem", "serial", port="./unplugged"),
-    link("udp", "udp", listen="127.0.0.1:0")])
+    link("udp", "udp", listen="127.0.0.1:0", security="accept", keys="robots.keys")])
+
+
+def add_files(folder):
+    shutil.copytree(ROOT / "deploy/examples/nets", folder / "nets")
+    (folder / "robots.keys").write_text("8 " + 32 * "8" + "\n")
+    (folder / "robots.keys").chmod(0o600)
 
 
 def strict(schema):
@@ -56,8 +62,7 @@ def strict(schema):
 class Walk(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        serve_class(cls, BIN, CONFIG, lambda folder: shutil.copytree(
-            ROOT / "deploy/examples/nets", folder / "nets"))
+        serve_class(cls, BIN, CONFIG, add_files)
         cls.port = cls.daemon.web_port()
         line = open_terminal(cls.folder / "radio-a.pty")
         cls.addClassCleanup(line.close)

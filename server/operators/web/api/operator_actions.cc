@@ -100,6 +100,9 @@ Words WordsOf(std::string_view name, const json::object& body, const json::objec
   if (name == "laws") {
     return {"changed " + Quoted(body, "pheromone") + ": tau " + TextOf(body, "tau_s") + " s", ""};
   }
+  if (name == "revoke") {
+    return {"revoked the keys of robots " + TextOf(body, "ids"), ""};
+  }
   if (name == "undo" || name == "redo") {
     return {(name == "undo" ? "undid: " : "redid: ") + TextOf(answer, "what"), ""};
   }

@@ -55,6 +55,7 @@ TEST(OperatorActions, SayWhatWasDoneAndWhere) {
            {"snapshot", "{}", R"({"snapshot":"17.snapshot"})", "snapshot 17.snapshot"},
            {"ticket", "{}", R"({"ticket":"secret","valid_s":1})", "made a ticket for a viewer"},
            {"tags", R"({"action":"erase","tag":"door","slot":1})", "{}", "tags: erase \"door\""},
+           {"revoke", R"({"ids":[8,9]})", "{}", "revoked the keys of robots [8,9]"},
            {"nets", R"({"action":"reset","net":"bench"})", "{}", "nets: reset \"bench\""},
            {"undo", "{}", R"({"what":"paint \"trail\"","changed":3})", "undid: paint \"trail\""},
            {"redo", "{}", R"({"what":"paint \"trail\"","changed":3})", "redid: paint \"trail\""},

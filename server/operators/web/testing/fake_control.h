@@ -136,6 +136,11 @@ class FakeControl final : public control::Control {
     net_changes.push_back(change);
     done(outcome);
   }
+  void RevokeKeys(std::span<const uint8_t> robots,
+                  DoneWith<std::vector<std::string>> done) override {
+    revoked.assign(robots.begin(), robots.end());
+    done(Or(std::vector<std::string>{"radio-a", "radio-b"}));
+  }
   void HaltAll(DoneWith<std::vector<std::string>> done) override {
     done(Or(std::vector<std::string>{"radio-a", "radio-b"}));
   }
@@ -187,6 +192,7 @@ class FakeControl final : public control::Control {
   std::vector<engine::TagsChanged> tag_changes;
   std::vector<control::NetView> nets;
   std::vector<engine::NetsChanged> net_changes;
+  std::vector<uint8_t> revoked;
 
  private:
   void Capture(bool recording, const Done& done) {
