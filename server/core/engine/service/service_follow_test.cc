@@ -199,6 +199,22 @@ TEST_F(FollowTest, AConfigurationThatWasFollowedIsTold) {
   EXPECT_EQ(told, 1);
 }
 
+TEST_F(FollowTest, KeysThatAreRevokedAreToldWhereTheyAreOrderedAndWhereTheyAreFollowed) {
+  int told = 0;
+  int told_follower = 0;
+  service_.OnRevoked([&] { ++told; });
+  follower_.OnRevoked([&] { ++told_follower; });
+  Handle({Hello(1, 1)});
+  std::vector<Outgoing> out;
+  ASSERT_TRUE(service_.Submit(KeysRevoked{{{1, {2}}}}, &out).ok());
+  EXPECT_EQ(told, 1);
+  EXPECT_EQ(told_follower, 0);
+  CatchUp();
+  EXPECT_EQ(told, 1);
+  EXPECT_EQ(told_follower, 1);
+  EXPECT_EQ(follower_.StateHash(), service_.StateHash());
+}
+
 TEST_F(FollowTest, AnArrivalThatTheFollowerSeesIsForwarded) {
   Handle({Hello(3, 1)});
   Handle({Sense(3, 1'000, 5'000)});
