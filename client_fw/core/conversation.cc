@@ -66,6 +66,9 @@ PHEROMONE_OUTLINED void Conversation::Poll(Moment now_ms, const Odometry* odomet
   behaviour_.Check();
   CheckSilence();
   medium_.Poll(channel_busy);
+  if (is_signed() && signing()->Derive()) {
+    return;  // so that keys take no more than a moment of each pass
+  }
   if (tx_size_ == 0) {
     CheckTurns(odometry);
   }

@@ -1,6 +1,7 @@
 // Signed frames on an ATmega1284P against a naive server with OpenSSL, and what they cost there.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <iostream>
 #include <string>
@@ -39,7 +40,18 @@ class AvrSigningTest : public ::testing::Test {
     request.insert(request.end(), message.data, message.data + message.length);
     const Octets reply = avr_.Run(request);
     cycles_ = kCyclesATick * (reply.at(0) + 256 * reply.at(1));
+    EXPECT_LE(cycles_, 2000 * kCyclesAMicrosecond) << static_cast<char>(command);
     return {reply.begin() + 2, reply.end()};
+  }
+
+  // As the loop does, a piece in each pass; and it waits for one.
+  void Derive(const std::string& what) {
+    int longest = 0;
+    while (Run(kDerive, {}) == Octets{1}) {
+      longest = std::max(longest, cycles_);
+    }
+    cycles_ = longest;
+    Tell(what);
   }
 
   void Tell(const std::string& what) const {
@@ -54,19 +66,20 @@ class AvrSigningTest : public ::testing::Test {
   AvrCore avr_{PHEROMONE_AVR_SIGNING_IMAGE};
 };
 
-TEST_F(AvrSigningTest, ASessionFitsAndAFrameTakesAtMostTwoMilliseconds) {
+TEST_F(AvrSigningTest, ASessionFitsAndNoCallTakesMoreThanTwoMilliseconds) {
   Message hello = MessageOf(kId, protocol::kHello, {0x34, 0x12, 1, 5});
   NaiveSigner::Add(&hello, Run(kSignHello, hello, 0xABCD));
   Tell("HELLO signed");
+  Derive("the longest piece of making room for the group's key");
   ASSERT_TRUE(server_.Open(&hello));
   ASSERT_EQ(Octets{1}, Run(kTakeAnswer, server_.Greeting(kId)));
   Tell("HELLO's answer taken");
+  Derive("the longest piece of deriving the keys");
 
   const Octets pose = {1, 2, 3, 4, 5, 6};
   for (int i = 0; i < 300; ++i) {
     Message sense = MessageOf(kId, protocol::kSense | 1, pose);
     NaiveSigner::Add(&sense, Run(kSign, sense));
-    ASSERT_LE(cycles_, 2000 * kCyclesAMicrosecond);
     ASSERT_TRUE(server_.Open(&sense)) << i;
   }
   Tell("SENSE signed");
@@ -74,7 +87,6 @@ TEST_F(AvrSigningTest, ASessionFitsAndAFrameTakesAtMostTwoMilliseconds) {
     Message intensities = MessageOf(kId, protocol::kFromServer | 1, {1, 0, 2, 0});
     server_.Sign(&intensities);
     ASSERT_EQ(Octets{5}, Run(kVerify, intensities)) << i;
-    ASSERT_LE(cycles_, 2000 * kCyclesAMicrosecond);
     ASSERT_EQ(Octets{255}, Run(kVerify, intensities)) << "replayed";
   }
   Tell("its answer verified");
@@ -84,14 +96,20 @@ TEST_F(AvrSigningTest, ASessionFitsAndAFrameTakesAtMostTwoMilliseconds) {
   server_.Sign(&round);
   ASSERT_EQ(Octets{6}, Run(kVerify, round));
   Tell("the longest ROUND verified");
-  EXPECT_LE(cycles_, 2000 * kCyclesAMicrosecond);
 
-  // The session is still there afterwards.
+  // The session is still there afterwards, also after an answer that somebody else has made.
   Message again = MessageOf(kId, protocol::kHello, {0x34, 0x12, 1, 5});
   NaiveSigner::Add(&again, Run(kSignHello, again, 0xABCE));
   Tell("HELLO signed in a session");
-  EXPECT_LE(cycles_, 2000 * kCyclesAMicrosecond);
   ASSERT_TRUE(server_.Open(&again));
+  Derive("the longest piece of restoring the session");
+  Message forged = server_.Greeting(kId);
+  forged.data[forged.length - 1] ^= 1u;
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_EQ(Octets{0}, Run(kTakeAnswer, forged));
+    Tell("a forged answer refused");
+  }
+  Derive("the longest piece of restoring the session");
   round = MessageOf(protocol::kBroadcastId, protocol::kRound, Octets(56, 9));
   server_.Sign(&round);
   ASSERT_EQ(Octets{6}, Run(kVerify, round));

@@ -27,6 +27,9 @@ uint8_t Obey(const client::FrameView& frame) {
     case kTakeAnswer:
       result[0] = signing.TakeAnswer(frame) ? 1 : 0;
       return 1;
+    case kDerive:
+      result[0] = signing.Derive() ? 1 : 0;
+      return 1;
     case kSign:
       return signing.Sign(frame, result);
     default:

@@ -14,6 +14,7 @@ namespace core_boundary {
 enum SigningCommand : uint8_t {
   kSignHello = 'H',   ///< the signature
   kTakeAnswer = 'A',  ///< 1: taken
+  kDerive = 'D',      ///< 0: nothing was due
   kSign = 'S',        ///< the signature
   kVerify = 'V',      ///< Signing::Verify
 };

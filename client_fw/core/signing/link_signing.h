@@ -21,6 +21,7 @@ struct NoSigning {
   }
   static uint8_t Sign(const FrameView& /*frame*/, uint8_t* /*to*/) { return 0; }
   static bool TakeAnswer(const FrameView& /*answer*/) { return false; }
+  static constexpr bool Derive() { return false; }
   static uint8_t Verify(const FrameView& /*frame*/) { return 0; }
 };
 

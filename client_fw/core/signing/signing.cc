@@ -20,35 +20,32 @@ void Copy(const uint8_t* from, uint8_t size, uint8_t* to) {
 
 }  // namespace
 
-const Signing::Key& Signing::ExpandOwn(uint8_t* group) {
-  if (in_session_) {
-    Copy(group_.cipher.key(), kAesBlock, group);
+const Signing::Key& Signing::ExpandOwn() {
+  if (due_ == kNothing) {
+    group_.Set(key_);
+    due_ = kGroupExpanded;
   }
-  group_.Set(key_);
+  just_expanded_ = true;
   return group_;
 }
 
-void Signing::RestoreGroup(const uint8_t* group) {
-  if (in_session_) {
-    group_.Set(group);
-  }
-}
-
 uint8_t Signing::SignHello(const FrameView& hello, uint16_t number, uint8_t* signature) {
+  if (due_ != kGroupExpanded) {
+    Finish();
+  }
   awaits_answer_ = true;
   number_ = number;
-  nonce_ = protocol::GetU16(hello.data);
-  uint8_t group[kAesBlock] = {};
+  Copy(hello.data, protocol::kServerNonceAt, nonces_);
   uint8_t mac[kAesBlock];
-  ComputeMac(ExpandOwn(group), {MacUse::kHello, number, hello.id, hello.opcode}, hello.data,
+  ComputeMac(ExpandOwn(), {MacUse::kHello, number, hello.id, hello.opcode}, hello.data,
              hello.length, mac);
-  RestoreGroup(group);
   protocol::PutU16(signature, number);
   Copy(mac, kTagSize, signature + 2);
   return protocol::kSignatureOfHello;
 }
 
 uint8_t Signing::Sign(const FrameView& frame, uint8_t* signature) {
+  Finish();
   ++sent_;
   uint8_t mac[kAesBlock];
   ComputeMac(session_, {MacUse::kClientFrame, sent_, frame.id, frame.opcode}, frame.data,
@@ -61,38 +58,66 @@ uint8_t Signing::Sign(const FrameView& frame, uint8_t* signature) {
 bool Signing::TakeAnswer(const FrameView& answer) {
   const uint8_t* const data = answer.data;
   if (!awaits_answer_ || answer.opcode != protocol::kHelloAnswer ||
-      answer.length != protocol::kGreetingSize || protocol::GetU16(data) != nonce_) {
+      answer.length != protocol::kGreetingSize ||
+      !protocol::SameBytes(data, nonces_, protocol::kServerNonceAt)) {
     return false;
   }
-  uint8_t group[kAesBlock] = {};
-  const Key& own = ExpandOwn(group);
   uint8_t mac[kAesBlock];
-  ComputeMac(own, {MacUse::kGreeting, number_, answer.id, answer.opcode}, data,
+  ComputeMac(ExpandOwn(), {MacUse::kGreeting, number_, answer.id, answer.opcode}, data,
              protocol::kGreetingTagAt, mac);
   if (!protocol::SameTag(mac, data + protocol::kGreetingTagAt)) {
-    RestoreGroup(group);
     return false;
   }
-  protocol::MacHead head = {MacUse::kSessionKey, number_, answer.id, protocol::kHello};
-  ComputeMac(own, head, data, protocol::kGroupKeyAt, mac);
-  session_.Set(mac);
-  head.use = MacUse::kGroupMask;
-  ComputeMac(own, head, data, protocol::kGroupKeyAt, mac);
-  for (uint8_t i = 0; i < kAesBlock; ++i) {
-    mac[i] ^= data[protocol::kGroupKeyAt + i];
-  }
-  // The answer may have been held back, and what was sent to all since has been heard.
-  const uint32_t of_group = protocol::GetU32(data + protocol::kGroupCounterAt);
-  if (of_group > of_group_ || !in_session_ || !protocol::SameBytes(mac, group, kAesBlock)) {
-    of_group_ = of_group;
-  }
-  group_.Set(mac);
+  Copy(data, protocol::kGroupKeyAt, nonces_);
+  Copy(data + protocol::kGroupKeyAt, kAesBlock, session_.subkey);  // until that is made
+  group_told_ = protocol::GetU32(data + protocol::kGroupCounterAt);
+  id_ = answer.id;
   sent_ = 0;
   received_ = 0;
   awaits_answer_ = false;
+  due_ = kGroupKey;
   in_session_ = true;
   second_hellos_ = kSecondHellos;
   return true;
+}
+
+bool Signing::Derive() {
+  if (due_ == kNothing) {
+    return false;
+  }
+  if (just_expanded_) {
+    just_expanded_ = false;
+    return true;
+  }
+  if (due_ == kSessionKey) {
+    uint8_t key[kAesBlock];
+    MakeKey(MacUse::kSessionKey, key);
+    session_.Set(key);
+  } else if (due_ == kGroupKey) {
+    MakeGroupKey();
+  } else {
+    group_.Set(group_key_);
+  }
+  --due_;
+  return true;
+}
+
+// Under our own key, which is in the place of the group's.
+void Signing::MakeKey(MacUse use, uint8_t* key) const {
+  ComputeMac(group_, {use, number_, id_, protocol::kHello}, nonces_, protocol::kGroupKeyAt, key);
+}
+
+void Signing::MakeGroupKey() {
+  uint8_t key[kAesBlock];
+  MakeKey(MacUse::kGroupMask, key);
+  for (uint8_t i = 0; i < kAesBlock; ++i) {
+    key[i] ^= session_.subkey[i];
+  }
+  // The answer may have been held back, and what was sent to all since has been heard.
+  if (group_told_ > of_group_ || !protocol::SameBytes(key, group_key_, kAesBlock)) {
+    of_group_ = group_told_;
+  }
+  Copy(key, kAesBlock, group_key_);
 }
 
 uint8_t Signing::Verify(const FrameView& frame) {
@@ -101,6 +126,7 @@ uint8_t Signing::Verify(const FrameView& frame) {
   if (!in_session_) {
     return kForged;
   }
+  Finish();
   if (to_all && of_group_ == protocol::kUnsignedToAll) {
     return 0;
   }

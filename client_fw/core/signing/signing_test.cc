@@ -225,6 +225,22 @@ TEST_F(SigningTest, AnswerToAnotherHelloIsNotTaken) {
   EXPECT_TRUE(robot.has_session());
 }
 
+// A piece of the keys in each pass of a loop, none in that in which the answer was taken.
+TEST_F(SigningTest, WhereverTheLoopIsInDerivingTheKeysTheyAreReadyWhenNeeded) {
+  for (int passes = 0; passes < 6; ++passes) {
+    Message hello = Hello(static_cast<uint16_t>(passes));
+    ASSERT_TRUE(server.Open(&hello));
+    ASSERT_TRUE(robot.TakeAnswer(ViewOf(Answer())));
+    for (int i = 0; i < passes; ++i) {
+      ASSERT_EQ(robot.Derive(), i < 4);
+    }
+    Message second = Sent(protocol::kHello, {0x34, 0x12, 1, 5});
+    ASSERT_TRUE(server.Open(&second)) << passes;
+    ASSERT_FALSE(robot.Derive());
+    ASSERT_EQ(robot.Verify(ViewOf(FromServer({9, 9}, protocol::kBroadcastId))), 6);
+  }
+}
+
 TEST_F(SigningTest, AnAnswerIsTakenOnce) {
   Message hello = Hello(0);
   ASSERT_TRUE(server.Open(&hello));
