@@ -211,6 +211,13 @@ TEST(FrameDecoderPad, OneZeroByteSavesTheFrameAfterRandomGarbage) {
   int swallowed_without = 0;
   for (int round = 0; round < 100000; ++round) {
     Bytes stream = dice.Some(dice.Below(150));
+    FrameParser parser;
+    for (const uint8_t byte : stream) {
+      parser.Push(byte);
+    }
+    if (parser.coded()) {
+      continue;  // its end is counted
+    }
     Bytes without = stream;
     stream.push_back(0x00);
     stream.insert(stream.end(), good.wire.begin(), good.wire.end());

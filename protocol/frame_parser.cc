@@ -15,6 +15,12 @@ constexpr uint8_t kCountsAt = OffsetOf(&Round::turn_count);
 constexpr uint8_t kHeader = OffsetOf(&Round::answers, 0);
 constexpr uint8_t kAnswerSize = SizeOf<RoundAnswer>().least;
 
+// DATA of the answer to a second HELLO.
+constexpr uint8_t kSignedHelloSize = SizeOf<HelloAnswer>().least + kSignature;
+constexpr uint8_t kHelloRows = CodedRows(kSignedHelloSize);
+constexpr uint8_t kGreetingRows = CodedRows(kGreetingSize);
+static_assert(kHelloRows == 3 && kGreetingRows == 5, "the specification says so");
+
 }  // namespace
 
 FrameParser::Result FrameParser::Push(uint8_t byte) {
@@ -55,18 +61,26 @@ FrameParser::Result FrameParser::Take(uint8_t byte) {
     return kOversize;
   }
   body_[size_++] = byte;
-  if (size_ == kCodedLead - 2 && body_[0] == kBroadcastId &&
-      (body_[1] == kCodedRound || body_[1] == kCodedRoundAgain)) {
+  if (size_ == kCodedLead - 2 && BeginsCoded()) {
     const uint8_t rows = ReadRows(byte);
     if (rows != 0) {
       size_ = rows;
       coded_left_ = CodedSize(rows);
-      if (body_[1] == kCodedRound) {
+      if ((body_[1] & kCodedAgain) == 0) {
         coded_left_ = static_cast<uint8_t>(coded_left_ + kCodedLead);
       }
     }
   }
   return kNothing;
+}
+
+// Of HELLO's answer there are two, which have different numbers of rows.
+bool FrameParser::BeginsCoded() const {
+  const uint8_t opcode = static_cast<uint8_t>(body_[1] & ~kCodedAgain);
+  return body_[0] == kBroadcastId
+             ? opcode == kCodedRound
+             : kHasSigning && opcode == kCodedHello &&
+                   (body_[2] == SayRows(kGreetingRows) || body_[2] == SayRows(kHelloRows));
 }
 
 // size_ is the number of rows.
@@ -80,8 +94,14 @@ FrameParser::Result FrameParser::TakeCoded(uint8_t byte) {
   if (--coded_left_ != 0) {
     return kNothing;
   }
-  RepairCodedRound(data, rows);
+  RepairCoded(data, rows);
   open_ = false;
+  if (kHasSigning && body_[0] != kBroadcastId) {
+    body_[0] = ReadCodedId(body_[0]);
+    body_[1] = kHelloAnswer;
+    size_ = rows == kGreetingRows ? uint8_t{4 + kGreetingSize} : uint8_t{4 + kSignedHelloSize};
+    return Judge();
+  }
   body_[1] = kRound;
   const uint8_t answers = data[kCountsAt] & 0x0Fu;
   const uint8_t turns = static_cast<uint8_t>(data[kCountsAt] >> 4);

@@ -6,7 +6,7 @@
 //
 // The rules are those of decoder.h; the gap timeout is the caller's: it calls Abort().
 //
-// A coded ROUND is delivered as the ROUND that it stands for.
+// A coded frame is delivered as the ROUND, or answer to a signed HELLO, that it stands for.
 //
 // Trust: bytes may come from anyone. Memory is bounded; no input makes the parser read or write
 // outside of it.
@@ -14,7 +14,7 @@
 
 #include <stdint.h>
 
-#include "protocol/coded_round.h"
+#include "protocol/coded_frame.h"
 #include "protocol/frame.h"
 
 namespace pheromone {
@@ -52,7 +52,7 @@ class FrameParser {
   /// The last byte was a DLE that waits for its second half.
   bool escaped() const { return escaped_; }
 
-  /// What is open is a coded ROUND, whose body is not known before its end.
+  /// What is open is a coded frame, whose body is not known before its end.
   bool coded() const { return coded_left_ != 0; }
 
   /// After kFrame and until the next Push: ID, OPCODE, DATA and CRC, unstuffed; at least 4 bytes.
@@ -62,13 +62,14 @@ class FrameParser {
 
  private:
   Result Take(uint8_t byte);
+  bool BeginsCoded() const;
   Result TakeCoded(uint8_t byte);
   Result Judge() const;
 
   bool open_ = false;
   bool escaped_ = false;
   uint8_t size_ = 0;
-  uint8_t coded_left_ = 0;                      // bytes of a coded ROUND that are still to come
+  uint8_t coded_left_ = 0;                      // bytes of a coded frame that are still to come
   uint8_t body_[2 + CodedSize(kMaxCodedRows)];  // the first size_ bytes mean something
 };
 

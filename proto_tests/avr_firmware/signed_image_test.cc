@@ -14,7 +14,7 @@
 #include "client_fw/sim/avr/avr_robot.h"
 #include "client_fw/sim/avr/avr_settings.h"
 #include "client_fw/sim/radio_medium.h"
-#include "protocol/coded_round.h"
+#include "protocol/coded_frame.h"
 #include "protocol/decoder.h"
 #include "protocol/frame.h"
 #include "protocol/messages.h"
@@ -73,9 +73,14 @@ class Station final : public sim::Station {
     }
     opened.push_back(message);
     if (signer.greets) {
-      Send(signer.Greeting(message.id));
-    } else if (const auto answer = server.AnswerTo(message); answer && !silent) {
-      SendSigned(*answer);
+      AnswerHello(signer.Greeting(message.id), 5);
+    } else if (auto answer = server.AnswerTo(message); answer && !silent) {
+      signer.Sign(&*answer);
+      if (message.opcode == protocol::kHello) {
+        AnswerHello(*answer, 3);
+      } else {
+        Send(*answer);
+      }
     }
   }
   void OnTransmitted(int64_t time_ns) override { sent_ns = time_ns; }
@@ -91,12 +96,19 @@ class Station final : public sim::Station {
     sent_ns = -1;
   }
 
-  void SendCoded(Message round) {
-    signer.Sign(&round);
-    uint8_t frame[protocol::kMaxCodedRound];
-    const size_t size = protocol::EncodeCodedRound(round, frame);
-    for (size_t i = 0; i < 6; ++i) {
-      frame[20 + i] ^= 0x55;  // a burst, of which each byte is in another row
+  void AnswerHello(const Message& answer, size_t rows) {
+    if (coded) {
+      SendCoded(answer, rows);
+    } else {
+      Send(answer);
+    }
+  }
+
+  void SendCoded(const Message& message, size_t burst) {
+    uint8_t frame[protocol::kMaxCoded];
+    const size_t size = protocol::EncodeCoded(message, frame);
+    for (size_t i = 0; i < burst; ++i) {
+      frame[20 + i] ^= 0x55;  // each byte is in another row
     }
     medium_->Transmit(number_, {frame, size});
     sent_ns = -1;
@@ -106,6 +118,7 @@ class Station final : public sim::Station {
   NaiveSigner signer;
   std::vector<Message> heard;   // as sent
   std::vector<Message> opened;  // what was signed, without that
+  bool coded = false;           // the answers to HELLO are, and damaged
   bool silent = false;          // answers HELLO's first step only
   int64_t sent_ns = -1;         // the end of what was sent, until a byte follows
   int64_t first_byte_ns = 0;    // from there to the beginning of that byte
@@ -185,6 +198,15 @@ TEST(SignedImage, DrivesAsTheServersSignedAnswersTell) {
   EXPECT_LE(machine.image_size().static_ram_bytes + machine.stack_bytes(), 3072u);
 }
 
+TEST(SignedImage, JoinsThoughTheAnswersToHelloAreDamaged) {
+  World world;
+  world.station.coded = true;
+  world.Run(10'000);
+  EXPECT_EQ(1u, world.station.signer.hellos.size());
+  EXPECT_GT(world.station.signer.session.received, 30u);
+  EXPECT_GT(world.robot.true_pose().x_m, 0.5);
+}
+
 // 62 bytes of DATA take the chip longest to verify, and the first turn begins at once. It may be
 // taken until 3 ms after the ROUND, by the robot's clock.
 TEST(SignedImage, TakesTheFirstTurnAfterTheLongestRound) {
@@ -210,7 +232,8 @@ TEST(SignedImage, TakesTheFirstTurnAfterTheLongestRound) {
       Message message;
       ASSERT_TRUE(Encode(round, &message));
       if (coded) {
-        world.station.SendCoded(message);
+        world.station.signer.Sign(&message);
+        world.station.SendCoded(message, 6);
       } else {
         world.station.SendSigned(message);
       }

@@ -39,12 +39,14 @@ def frames():
             yield name, None if body == "-" else bytes.fromhex(body), bytes.fromhex(wire)
 
 
-def coded_rounds():
-    """(name, pairs of a pause and a byte) of each stream with a coded ROUND."""
-    for line in (ROOT / "protocol/vectors/streams.txt").read_text(encoding="ascii").splitlines():
-        if line.startswith("coded_round"):
-            name, stream, _ = (column.strip() for column in line.split("|"))
-            yield name, b"".join(bytes([0, byte]) for byte in bytes.fromhex(stream))
+def coded_frames():
+    """(name, pairs of a pause and a byte) of each stream with a coded ROUND, or signed coded frame."""
+    for file, column in (("streams.txt", 1), ("signed.txt", 4)):
+        for line in (ROOT / "protocol/vectors" / file).read_text(encoding="ascii").splitlines():
+            columns = [it.strip() for it in line.split("|")]
+            if line.startswith("coded_round") or "_coded" in columns[0]:
+                stream = bytes.fromhex(columns[column])
+                yield columns[0], b"".join(bytes([0, byte]) for byte in stream)
 
 
 def noises():
@@ -339,7 +341,7 @@ def main(folder):
             advance = engine_seeds.logged(2, b"")
             (folder / "journal" / name).write_bytes(
                 b"\0" + 2 * (bytes([len(event), 3]) + event + bytes([len(advance), 20]) + advance))
-    for name, heard in (*noises(), *coded_rounds()):
+    for name, heard in (*noises(), *coded_frames()):
         (folder / "decoder" / name).write_bytes(bytes([20]) + heard)
     for name, statement in net_records():
         body = bytes([7, 0x43]) + bytes(21) + statement

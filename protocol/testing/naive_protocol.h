@@ -45,9 +45,10 @@ inline Bytes NaiveEncode(const Bytes& body) {
   return wire;
 }
 
-/// A coded ROUND's bytes after its beginnings, whose number of rows is known, as ROUND, or nothing
-/// if there is too much damage: of each row every byte, with every value, is tried.
-inline Bytes NaiveReadCodedRound(const Bytes& code, size_t rows) {
+/// A coded frame's bytes after its beginnings, whose number of rows is known, as ROUND, or with
+/// another ID as the answer to a signed HELLO; or nothing if there is too much damage: of each row
+/// every byte, with every value, is tried.
+inline Bytes NaiveReadCoded(uint8_t id, const Bytes& code, size_t rows) {
   const auto p_of = [](const Bytes& row) {
     uint8_t sum = 0;
     for (const uint8_t byte : row) {
@@ -98,11 +99,12 @@ inline Bytes NaiveReadCodedRound(const Bytes& code, size_t rows) {
       lines[lost.back()][column] = p_of(others);
     }
   }
-  Bytes body{0xFF, 0xF3};
+  Bytes body{id, id == 0xFF ? uint8_t{0xF3} : uint8_t{0xF1}};
   for (size_t i = 0; i < 8 * rows; ++i) {
     body.push_back(lines[i % rows][i / rows]);
   }
-  const size_t data = 6 + size_t{4} * (body[7] % 16u) + body[7] / 16u;
+  const size_t of_hello = rows == 5 ? 34 : 15 + 5;
+  const size_t data = id == 0xFF ? 6 + size_t{4} * (body[7] % 16u) + body[7] / 16u : of_hello;
   if (data + 2 > 8 * rows) {
     return {};
   }
@@ -157,8 +159,11 @@ class NaiveDecoder {
   // From behind a DLE STX; returns where to go on.
   size_t ReadFrame(size_t at) {
     protocol::DecoderCounters& counters = result_.counters;
-    if (IsCoded(at)) {
-      return ReadCoded(at);
+    // A DLE is an ID only if it is doubled, as nobody sends it.
+    const bool is_dle = at < stream_.size() && stream_[at].byte == 0x10;
+    const bool is_doubled = is_dle && at + 1 < stream_.size() && stream_[at + 1].byte == 0x10;
+    if (is_doubled ? !GapBefore(at) && IsCoded(at + 1) : !is_dle && IsCoded(at)) {
+      return ReadCoded(is_doubled ? at + 1 : at);
     }
     Bytes inside;
     while (at < stream_.size()) {
@@ -196,18 +201,23 @@ class NaiveDecoder {
     return stream_.size();
   }
 
-  // Whether a coded ROUND begins behind a DLE STX.
+  // Whether a coded frame begins behind a DLE STX.
   bool IsCoded(size_t at) const {
-    return at + 2 < stream_.size() && stream_[at].byte == 0xFF &&
-           (stream_[at + 1].byte == 0xF4 || stream_[at + 1].byte == 0xF5) &&
-           stream_[at + 2].byte % 16 + stream_[at + 2].byte / 16 == 15 &&
-           stream_[at + 2].byte % 16 >= 1 && stream_[at + 2].byte % 16 <= 8 && !GapBefore(at) &&
-           !GapBefore(at + 1) && !GapBefore(at + 2);
+    if (at + 2 >= stream_.size() || GapBefore(at) || GapBefore(at + 1) || GapBefore(at + 2)) {
+      return false;
+    }
+    const unsigned opcode = stream_[at + 1].byte;
+    const unsigned rows = stream_[at + 2].byte % 16u;
+    const bool is_said = rows + stream_[at + 2].byte / 16u == 15;
+    return is_said && (stream_[at].byte == 0xFF
+                           ? (opcode == 0xF4 || opcode == 0xF5) && rows >= 1 && rows <= 8
+                           : (opcode == 0xF6 || opcode == 0xF7) && (rows == 3 || rows == 5));
   }
 
   size_t ReadCoded(size_t at) {
     protocol::DecoderCounters& counters = result_.counters;
-    const bool first = stream_[at + 1].byte == 0xF4;
+    const bool first = stream_[at + 1].byte % 2 == 0;
+    const uint8_t id = stream_[at].byte == 0x00 ? uint8_t{0x10} : stream_[at].byte;
     const size_t rows = stream_[at + 2].byte % 16;
     at += 3;
     const size_t begin = at + (first ? 5 : 0);
@@ -226,7 +236,7 @@ class NaiveDecoder {
         code.push_back(stream_[at].byte);
       }
     }
-    const Bytes body = NaiveReadCodedRound(code, rows);
+    const Bytes body = NaiveReadCoded(id, code, rows);
     if (body.empty()) {
       ++counters.crc_errors;
     } else {

@@ -18,7 +18,7 @@ import sys
 import net_vectors
 import signed_vectors
 import tag_vectors
-from naive_protocol import (MAX_DATA, NO_INTENSITIES, body_of, coded_round_of, crc16, read, wire_of)
+from naive_protocol import (MAX_DATA, NO_INTENSITIES, body_of, coded_of, crc16, read, wire_of)
 
 # --------------------------------------------------------------------------------------------------
 # The list. Good frames: name, message, fields.
@@ -475,7 +475,7 @@ def fields_file():
 def streams_file(table):
     def coded(name, *damaged):
         name, _, part = name.partition("[")
-        wire = bytearray(coded_round_of(table[name][0]))
+        wire = bytearray(coded_of(table[name][0]))
         for at in map(int, damaged[1:]):
             wire[at] ^= 0x5A + at
         first, _, last = part.rstrip("]").partition(":")
@@ -553,9 +553,10 @@ def signed_file():
         "The receiver has accepted counters up to \"last\" with this key, of a use. Of the greeting",
         "that is the number of the HELLO that the client has sent; of a HELLO with the robot's own key",
         "it means nothing. The rest is what it finds: ID, OPCODE and DATA that the MAC covers; the",
-        "whole counter; and the 16 bytes of the MAC that it computes. Numbers are decimal.", "",
+        "whole counter; and the 16 bytes of the MAC that it computes. Numbers are decimal. Of coded",
+        "frames, the wire may be damaged.", "",
         "verdict    ok      the tag is right, and the counter the last accepted from now on",
-        "           wrong   the frame is ignored; without a MAC, it is too short",
+        "           wrong   the frame is ignored; without a MAC, it is too short, or no frame at all",
         "           key     no frame: the MAC is a key, or the mask of the group's")
     for name, key, use, last, wire, body, counter, mac, verdict in signed_vectors.rows():
         columns = (hexadecimal(key), use, last, hexadecimal(wire) or "-", hexadecimal(body) or "-",

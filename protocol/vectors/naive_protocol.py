@@ -125,6 +125,7 @@ def wire_of(body):
 COLUMNS = 8
 MOST_ROWS = 8
 SIGNATURE_TO_ALL = 6  # bytes between DATA and CRC, if it is signed
+CODED_HELLO = {5: 34, 3: 15 + 5}  # bytes of DATA by rows: the answers to the first and the second
 
 
 def times(a, b, modulus=0x11D):
@@ -154,7 +155,9 @@ def q_of(row):
     return q
 
 
-def coded_round_of(body):
+def coded_of(body):
+    """The coded form of a ROUND, or of the answer to a signed HELLO."""
+    to, first = (EVERYBODY, 0xF4) if body[1] == 0xF3 else (body[0] if body[0] != DLE else 0, 0xF6)
     crc = crc16(body)
     data = list(body[2:]) + [crc & 0xFF, crc >> 8]
     rows = -(-len(data) // COLUMNS)
@@ -162,7 +165,7 @@ def coded_round_of(body):
     total = [p_of(data[rows * column:rows * (column + 1)]) for column in range(COLUMNS)]
     lines = [data[row::rows] for row in range(rows)] + [total]
     said = rows | (15 - rows) << 4
-    return bytes([DLE, STX, EVERYBODY, 0xF4, said, DLE, STX, EVERYBODY, 0xF5, said] + data + total +
+    return bytes([DLE, STX, to, first, said, DLE, STX, to, first + 1, said] + data + total +
                  [p_of(line) for line in lines] + [q_of(line) for line in lines])
 
 
@@ -178,15 +181,21 @@ def corrected(row, p, q):
     return None
 
 
-def read_coded_round(stream, at):
+def read_coded(stream, at):
     """From behind a DLE STX: (ID, OPCODE, DATA and CRC; whether it is whole; where to go on), or None if
-    it is no coded ROUND. What is not whole, or has no right CRC, has no bytes."""
-    if len(stream) < at + 3 or stream[at] != EVERYBODY or stream[at + 1] not in (0xF4, 0xF5):
+    it is not coded. What is not whole, or has no right CRC, has no bytes."""
+    if len(stream) < at + 3:
         return None
-    rows = stream[at + 2] & 0x0F
-    if rows + (stream[at + 2] >> 4) != 15 or not 1 <= rows <= MOST_ROWS:
+    to, opcode, said = stream[at:at + 3]
+    rows = said & 0x0F
+    if rows + (said >> 4) != 15:
         return None
-    begin = at + 3 + (5 if stream[at + 1] == 0xF4 else 0)
+    if to == EVERYBODY:
+        if opcode not in (0xF4, 0xF5) or not 1 <= rows <= MOST_ROWS:
+            return None
+    elif opcode not in (0xF6, 0xF7) or rows not in CODED_HELLO:
+        return None
+    begin = at + 3 + (5 if opcode in (0xF4, 0xF6) else 0)
     end = begin + (COLUMNS + 2) * (rows + 1)
     if end > len(stream):
         return [], False, len(stream)
@@ -201,9 +210,11 @@ def read_coded_round(stream, at):
         found[lost[-1]] = [p_of(line[column] for line in others) for column in range(COLUMNS)]
     data = [found[i % rows][i // rows] for i in range(8 * rows)]
     size = 6 + 4 * (data[5] & 0x0F) + (data[5] >> 4) + 2
-    for whole in (size, size + SIGNATURE_TO_ALL):
-        if whole <= len(data) and crc16([EVERYBODY, 0xF3] + data[:whole]) == 0:
-            return [EVERYBODY, 0xF3] + data[:whole], True, end
+    sizes = (size, size + SIGNATURE_TO_ALL) if to == EVERYBODY else (CODED_HELLO[rows] + 2,)
+    head = [to or DLE, 0xF3 if to == EVERYBODY else 0xF1]
+    for whole in sizes:
+        if whole <= len(data) and crc16(head + data[:whole]) == 0:
+            return head + data[:whole], True, end
     return [], True, end
 
 
@@ -253,7 +264,7 @@ def judge(body, crc_included):
 def read_inside(stream, at):
     """From behind a DLE STX: (bytes inside, unstuffed; how it ended, if it did; where to go on)."""
     inside = []
-    coded = read_coded_round(stream, at)
+    coded = read_coded(stream, at)
     if coded:
         inside, whole, at = coded
         return inside, ("complete" if inside else "bad-crc") if whole else None, at

@@ -3,7 +3,7 @@ has accepted counters up to `last` makes of it. AES and CMAC are those of naive_
 """
 
 from naive_aes import cmac, combined
-from naive_protocol import body_of, coded_round_of, read_inside, wire_of
+from naive_protocol import body_of, coded_of, read, wire_of
 
 CLIENT, SERVER, TO_ALL, HELLO, GREETING, SESSION_KEY, GROUP_MASK = range(1, 8)
 COUNTER_BYTES = {CLIENT: 1, SERVER: 1, TO_ALL: 2, HELLO: 2, GREETING: 0}
@@ -62,10 +62,7 @@ GREETING_7 = (HELLO_ANSWER_7[:4] + SERVER_NONCE + MASKED + GROUP_COUNTER.to_byte
 
 def received(key, use, last, wire):
     """What the receiver computes: (covered by the MAC, counter, MAC, whether the tag is right)."""
-    inside, end, _ = read_inside(wire, 2)
-    if end != "complete":
-        raise ValueError(f"{wire.hex(' ')}: {end}")
-    body = bytes(inside[:-2])
+    body = next((body for body, _ in read(wire) if body), b"")
     if len(body) < 2 + ADDED[use]:
         return b"", 0, b"", False
     tag, size = body[-4:], COUNTER_BYTES[use]
@@ -92,8 +89,11 @@ def good():
         ("hello", KEY, HELLO, 0, 0, HELLO_7),
         ("hello_again", KEY, HELLO, 0, 0x1002, HELLO_7),
         ("greeting", KEY, GREETING, 0, 0, GREETING_7),
+        ("greeting_coded", KEY, GREETING, 0, 0, GREETING_7),
+        ("greeting_coded_to_16", KEY, GREETING, 0, 0, bytes([16]) + GREETING_7[1:]),
         ("hello_in_session", own, CLIENT, 0, 1, HELLO_7),
         ("hello_answer", own, SERVER, 0, 1, HELLO_ANSWER_7),
+        ("hello_answer_coded", own, SERVER, 0, 1, HELLO_ANSWER_7),
         ("sense", own, CLIENT, 1, 2, SENSE),
         ("sense_answer", own, SERVER, 1, 2, SENSE_ANSWER),
         ("trace", own, CLIENT, 2, 3, TRACE),
@@ -168,6 +168,27 @@ def wrong():
     ]
 
 
+# Coded frames: what is damaged, the places of the bytes, and whether they arrive. The greeting has 5
+# rows from place 10 on, their sum at 50, P at 58 and Q at 64; the other answer 3, 34, 42 and 46.
+DAMAGED = [
+    ("greeting_coded", "begins_badly", [0], "ok"),
+    ("greeting_coded", "id_first_wrong", [2], "wrong"),
+    ("greeting_coded", "rows_first_wrong", [4], "ok"),
+    ("greeting_coded", "second_beginning_wrong", range(5, 10), "ok"),
+    ("greeting_coded", "both_beginnings_wrong", [3, 9], "wrong"),
+    ("greeting_coded", "one_byte_a_row", [10, 21, 37, 18, 49, 52], "ok"),
+    ("greeting_coded", "burst", range(30, 35), "ok"),
+    ("greeting_coded", "a_row_lost", range(11, 51, 5), "ok"),
+    ("greeting_coded", "p_and_q_wrong", [58, 61, 63, 65, 66], "ok"),
+    ("greeting_coded", "two_rows_lost", [10, 15, 11, 21], "wrong"),
+    ("hello_answer_coded", "begins_badly", [1], "ok"),
+    ("hello_answer_coded", "opcode_first_wrong", [3], "ok"),
+    ("hello_answer_coded", "one_byte_a_row", [33, 10, 14, 41], "ok"),
+    ("hello_answer_coded", "a_row_lost", range(12, 36, 3), "ok"),
+    ("hello_answer_coded", "two_rows_lost", [10, 13, 12, 15], "wrong"),
+]
+
+
 def rows():
     """name, key, use, last, wire, covered, counter, MAC, verdict of each line."""
     made = []
@@ -177,8 +198,15 @@ def rows():
     sent = [(name, key, use, last, signed(key, use, counter, body), "ok", (body, counter))
             for name, key, use, last, counter, body in good()]
     sent += [(*row, "wrong", None) for row in wrong()]
-    for name, key, use, last, body, verdict, expected in sent:
-        wire = coded_round_of(body) if "_coded" in name else wire_of(body)
+    wires = [coded_of(row[4]) if "_coded" in row[0] else wire_of(row[4]) for row in sent]
+    for name, what, places, verdict in DAMAGED:
+        at = next(i for i, row in enumerate(sent) if row[0] == name)
+        _, key, use, last, body, _, expected = sent[at]
+        sent.append((f"{name}_{what}", key, use, last, body, verdict,
+                     expected if verdict == "ok" else None))
+        wires.append(bytes(byte ^ 0x5A + i if i in places else byte
+                           for i, byte in enumerate(wires[at])))
+    for (name, key, use, last, body, verdict, expected), wire in zip(sent, wires):
         covered, counter, found, right = received(key, use, last, wire)
         if right != (verdict == "ok") or expected not in (None, (covered, counter)):
             raise ValueError(f"{name}: expected {verdict}, but the reader finds {covered.hex(' ')}, "

@@ -207,7 +207,8 @@ class DissectorTest(unittest.TestCase):
             with self.subTest(name):
                 shown = {key: values for key, values in zip(names, columns) if values}
                 self.assertEqual(shown.pop("message") == ["GREETING"], use == 5)
-                self.assertEqual(shown, {"verdict": ["ok"], "opcode": [f"0x{covered[1]:02x}"],
+                self.assertEqual(shown.pop("verdict")[-1], "ok")  # a damaged beginning is restarted
+                self.assertEqual(shown, {"opcode": [f"0x{covered[1]:02x}"],
                                          **{key: it for key, it in added.items() if it}})
 
     def test_lengths_are_judged_without_signatures(self):

@@ -415,8 +415,10 @@ local function judge(body)
   return "ok"
 end
 
--- A coded ROUND (section 4): rows of eight bytes, one more that is their sum, P and Q of each.
-local CODED, CODED_AGAIN, CODED_COLUMNS, MAX_CODED_ROWS, LEAD = 0xF4, 0xF5, 8, 8, 5
+-- A coded ROUND (section 4), or answer to a signed HELLO (section 18): rows of eight bytes, one more
+-- that is their sum, P and Q of each.
+local CODED, CODED_HELLO, CODED_COLUMNS, MAX_CODED_ROWS, LEAD = 0xF4, 0xF6, 8, 8, 5
+local CODED_HELLO_BYTES = { [3] = 15 + 5, [5] = GREETING_BYTES }  -- of DATA, by rows
 
 local function double(value)
   value = 2 * value
@@ -425,14 +427,16 @@ end
 
 -- How many bytes follow the first three of a body, and the number of rows, if it is one.
 local function coded_size(body)
-  if body[1] ~= EVERYBODY or body[2] ~= CODED and body[2] ~= CODED_AGAIN then return nil end
+  local again = body[2] % 2
+  if body[2] - again ~= (body[1] == EVERYBODY and CODED or CODED_HELLO) then return nil end
   local rows = body[3] % 16
   if math.floor(body[3] / 16) ~= 15 - rows or rows < 1 or rows > MAX_CODED_ROWS then return nil end
-  return (CODED_COLUMNS + 2) * (rows + 1) + (body[2] == CODED and LEAD or 0), rows
+  if body[1] ~= EVERYBODY and not CODED_HELLO_BYTES[rows] then return nil end
+  return (CODED_COLUMNS + 2) * (rows + 1) + (1 - again) * LEAD, rows
 end
 
--- The ROUND in these bytes, as a frame's body; they may be damaged.
-local function decode_round(code, rows)
+-- The message in these bytes, as a frame's body; they may be damaged.
+local function decode_code(id, code, rows)
   local function place(row, column)  -- counted from 0
     return row < rows and rows * column + row + 1 or CODED_COLUMNS * rows + column + 1
   end
@@ -463,10 +467,13 @@ local function decode_round(code, rows)
     end
     code[place(lost, column)] = sum
   end
-  local body = { EVERYBODY, ROUND }
-  local counts = code[ROUND_HEADER]
-  local size = ROUND_HEADER + 4 * (counts % 16) + math.floor(counts / 16) +
-      length_of(signature_layout(body)) + 2
+  local body = { id ~= 0 and id or DLE, id == EVERYBODY and ROUND or GREETING }
+  local size = CODED_HELLO_BYTES[rows]
+  if id == EVERYBODY then
+    local counts = code[ROUND_HEADER]
+    size = ROUND_HEADER + 4 * (counts % 16) + math.floor(counts / 16) + length_of(signature_layout(body))
+  end
+  size = size + 2
   for i = 1, math.min(size, CODED_COLUMNS * rows) do body[#body + 1] = code[i] end
   return body
 end
@@ -497,7 +504,7 @@ function Receiver:take(bytes, time, gap_timeout_ms, ended)
       self.code[#self.code + 1] = value
       if #self.code == self.coded then
         while #self.code > (CODED_COLUMNS + 2) * (self.rows + 1) do table.remove(self.code, 1) end
-        self.body, self.coded = decode_round(self.code, self.rows), nil
+        self.body, self.coded = decode_code(self.body[1], self.code, self.rows), nil
         finish(judge(self.body), i)
       end
     elseif self.escaped then

@@ -15,8 +15,10 @@ MAX_DATA = 64
 EVERYBODY = 0xFF
 HELLO, HELLO_ANSWER = 0x71, 0xF1
 ANSWER = 0x80  # the bit by which an answer's opcode differs from its request's
-ROUND, CODED_ROUND, CODED_ROUND_REST = 0xF3, 0xF4, 0xF5  # a coded one begins twice
+ROUND = 0xF3
+CODED_ROUND, CODED_HELLO = (0xF4, 0xF5), (0xF6, 0xF7)  # coded frames begin twice
 MAX_CODED_ROWS = 8
+CODED_HELLO_DATA = {5: 34, 3: 15 + 5}  # bytes by rows: the answers to the first and the second
 ADDED_TO_ALL = 6  # bytes behind the DATA of a signed ROUND
 MAX_PING = 16
 MAX_TYPE = 15  # of pheromones: bits 3 to 0 of an opcode
@@ -52,7 +54,7 @@ class Decoder:
         self.dropped: Counter[str] = Counter()
         self._open: bytearray | None = None  # what the frame holds so far; None outside of frames
         self._after_dle = False
-        self._counted = 0  # bytes of a coded ROUND that are still to come
+        self._counted = 0  # bytes of a coded frame that are still to come
         self._rows = 0
 
     def feed(self, data: bytes) -> list[bytes]:
@@ -66,7 +68,8 @@ class Decoder:
             if self._counted:
                 return None
             code, self._open = self._open, None
-            return self._judge(decode_round(bytes(code[-10 * (self._rows + 1):]), self._rows))
+            coded = bytes(code[-10 * (self._rows + 1):])
+            return self._judge(decode_coded(code[0], coded, self._rows))
         after_dle, self._after_dle = self._after_dle, False
         if self._open is None:
             if after_dle and byte == STX:
@@ -92,14 +95,16 @@ class Decoder:
         return None
 
     def _count(self) -> None:
-        if self._open is None or len(self._open) != 3 or self._open[0] != EVERYBODY:
+        if self._open is None or len(self._open) != 3:
             return
-        _, opcode, counts = self._open
+        client, opcode, counts = self._open
         rows = counts & 0x0F
-        if opcode in (CODED_ROUND, CODED_ROUND_REST) and counts >> 4 == 15 - rows \
-                and 1 <= rows <= MAX_CODED_ROWS:
+        to_all = client == EVERYBODY
+        opcodes = CODED_ROUND if to_all else CODED_HELLO
+        possible = 1 <= rows <= MAX_CODED_ROWS if to_all else rows in CODED_HELLO_DATA
+        if opcode in opcodes and counts >> 4 == 15 - rows and possible:
             self._rows = rows
-            self._counted = 10 * (rows + 1) + (5 if opcode == CODED_ROUND else 0)
+            self._counted = 10 * (rows + 1) + (5 if opcode == opcodes[0] else 0)
 
     def _judge(self, complete: bytes) -> bytes | None:
         if len(complete) < 4:
@@ -121,8 +126,8 @@ def _double(value: int) -> int:
     return value << 1 if value < 0x80 else (value << 1 & 0xFF) ^ 0x1D
 
 
-def decode_round(code: bytes, rows: int) -> bytes:
-    """What a coded ROUND stands for, its CRC included: section 4."""
+def decode_coded(client: int, code: bytes, rows: int) -> bytes:
+    """What a coded frame stands for, its CRC included: sections 4 and 18."""
     lines = [list(code[row:8 * rows:rows]) for row in range(rows)]
     lines.append(list(code[8 * rows:8 * rows + 8]))
     all_p, all_q = code[8 * rows + 8:9 * rows + 9], code[9 * rows + 9:]
@@ -148,6 +153,8 @@ def decode_round(code: bytes, rows: int) -> bytes:
                 if number != lost:
                     lines[lost][column] ^= line[column]
     data = [lines[i % rows][i // rows] for i in range(8 * rows)]
+    if client != EVERYBODY:
+        return bytes((client or DLE, HELLO_ANSWER, *data[: CODED_HELLO_DATA[rows] + 2]))
     size = 6 + 4 * (data[5] & 0x0F) + (data[5] >> 4) + 2
     frame = bytes((EVERYBODY, ROUND, *data))
     signed = crc16(frame[: 2 + size]) != 0 and crc16(frame[: 2 + size + ADDED_TO_ALL]) == 0

@@ -1,5 +1,5 @@
 // How ROUNDs are best sent: plain, or coded so that they arrive although bytes are damaged
-// (protocol/coded_round.h).
+// (protocol/coded_frame.h).
 //
 //   air.Count(form, used, &robot);         // each turn of a robot that is there
 //   const RoundForm form = air.Choose(robots);

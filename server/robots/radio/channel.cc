@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <utility>
 
-#include "protocol/coded_round.h"
+#include "protocol/coded_frame.h"
+#include "protocol/fields.h"
 #include "protocol/messages.h"
 #include "protocol/signing.h"
 
@@ -20,9 +21,9 @@ std::vector<uint8_t> FrameOf(const protocol::Message& message) {
   return frame;
 }
 
-std::vector<uint8_t> CodedFrameOf(const protocol::Message& round) {
-  std::vector<uint8_t> frame(protocol::kMaxCodedRound);
-  frame.resize(protocol::EncodeCodedRound(round, frame.data()));
+std::vector<uint8_t> CodedFrameOf(const protocol::Message& message) {
+  std::vector<uint8_t> frame(protocol::kMaxCoded);
+  frame.resize(protocol::EncodeCoded(message, frame.data()));
   return frame;
 }
 
@@ -252,6 +253,14 @@ bool Channel::IsClear(bool carrier, Time now) {
   return true;
 }
 
+// Whether it is an answer to HELLO that may be lost otherwise. In good air a coded one only takes
+// longer.
+bool Channel::IsToBeCoded(const protocol::Message& sealed) const {
+  constexpr uint8_t kUnsigned = protocol::SizeOf<protocol::HelloAnswer>().least;
+  return options_.half_duplex && sealed.opcode == protocol::kHelloAnswer &&
+         sealed.length > kUnsigned && (options_.signing->greeted_before() || rounds_.coded());
+}
+
 // The message's frame as it leaves; nothing if its robot could not accept it.
 std::optional<std::vector<uint8_t>> Channel::Sealed(const protocol::Message& message) const {
   protocol::Message sealed = message;
@@ -260,7 +269,7 @@ std::optional<std::vector<uint8_t>> Channel::Sealed(const protocol::Message& mes
     on_dropped_(message);
     return std::nullopt;
   }
-  return FrameOf(sealed);
+  return IsToBeCoded(sealed) ? CodedFrameOf(sealed) : FrameOf(sealed);
 }
 
 bool Channel::Append(const Frame& frame, Transmission* out) {
@@ -303,7 +312,8 @@ void Channel::AppendRound(Time now, Transmission* out) {
   for (const protocol::Message& answer : composed.answers) {
     const size_t begin = out->bytes.size();
     const Frame frame{answer, FrameOf(answer), std::nullopt};
-    if (Append(frame, out) && rounds_.coded()) {  // only ROUNDs can be coded
+    // What cannot be coded is sent twice.
+    if (Append(frame, out) && rounds_.coded() && out->bytes[begin + 3] != protocol::kCodedHello) {
       AppendBytes({out->bytes.begin() + static_cast<std::ptrdiff_t>(begin), out->bytes.end()}, out);
     }
   }

@@ -20,7 +20,8 @@
 //  * a COMMAND follows an answer to the same robot, or precedes a ROUND; otherwise it waits until
 //    the channel is free, and for the window of the ACK of the one before;
 //  * at most one ERROR leaves in a window, so that damaged requests do not fill the channel;
-//  * frames are signed, if they are, as they leave: their counters go up in that order;
+//  * frames are signed, if they are, as they leave: their counters go up in that order. A signed
+//    answer to HELLO is coded, if its robot has said HELLO before, or the last ROUND was;
 //  * a carrier holds the server back, but not for longer than kLongestCarrier.
 //
 // At most kMaxQueue bytes wait; beyond that the oldest messages are dropped. No I/O, no clock: time
@@ -137,6 +138,7 @@ class Channel {
   Time FreeAt() const;
   Time AnswerAt(const Frame& frame) const;
   Time RoundAt() const;
+  bool IsToBeCoded(const protocol::Message& sealed) const;
   std::optional<std::vector<uint8_t>> Sealed(const protocol::Message& message) const;
   bool Append(const Frame& frame, Transmission* out);
   void AppendRider(uint8_t id, Transmission* out);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "protocol/coded_round.h"
+#include "protocol/coded_frame.h"
 #include "protocol/frame.h"
 #include "protocol/signing.h"
 
@@ -465,7 +465,7 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   }
   Encode(round, &composed.round);
   const size_t signature = signed_ ? protocol::kSignatureToAll : 0;
-  const size_t wire = coded() ? protocol::CodedRoundBytes(composed.round.length + signature)
+  const size_t wire = coded() ? protocol::CodedBytes(composed.round.length + signature)
                               : WireBytes(composed.round) + signature;
   const Duration lasts = static_cast<int64_t>(wire) * options_.timing.byte;
   round.open_slots = OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);

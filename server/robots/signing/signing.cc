@@ -135,6 +135,7 @@ Opened Signing::OpenHello(protocol::Message* message, Robot* robot) {
   if (robot->greeted && (*robot->greeted >> 16) == nonce && greets <= *robot->greeted) {
     return WrongTag(robot);
   }
+  robot->greeted_before = robot->greeted.has_value();
   robot->greeted = greets;
   message->opcode = protocol::kHelloAnswer;
   message->length = protocol::kServerNonceAt;
@@ -204,6 +205,7 @@ bool Signing::Sign(protocol::Message* message) {
   if (message->length + protocol::kSignature > protocol::kMaxData) {
     MakeError(message);
   }
+  greeted_before_ = robot.greeted_before || session->sent != 0;
   const uint32_t counter = ++session->sent;
   const Mac mac = MacOf(session->key, MacUse::kServerFrame, counter, *message, message->length);
   const std::array<uint8_t, 1> low = {static_cast<uint8_t>(counter & UINT8_MAX)};
@@ -220,6 +222,7 @@ void Signing::SignGreeting(protocol::Message* message, Robot* robot) {
   protocol::Message nonces = *message;
   nonces.opcode = protocol::kHello;
   const Mac session = MacOf(robot->key, MacUse::kSessionKey, number, nonces, nonces.length);
+  greeted_before_ = robot->greeted_before;
   robot->next.emplace(session.data());
   Mac group = MacOf(robot->key, MacUse::kGroupMask, number, nonces, nonces.length);
   for (size_t i = 0; i < group.size(); ++i) {

@@ -63,6 +63,9 @@ class Signing {
   void SetKeys(const Keys& keys);
 
   bool has_session(uint8_t id) const;
+  /// The answer to HELLO that was signed last is for a robot that had said a first one before, or
+  /// is not the first in its session: it may have lost those.
+  bool greeted_before() const { return greeted_before_; }
   Security security() const { return security_; }
   const SigningCounters& counters() const { return counters_; }
 
@@ -78,6 +81,7 @@ class Signing {
     Key bytes;
     MacKey key;
     std::optional<uint32_t> greeted{};  // nonce and number of the last first HELLO
+    bool greeted_before = false;
     std::optional<Session> current{};
     std::optional<Session> next{};
     std::chrono::nanoseconds second{};  // since when wrong tags are counted
@@ -98,6 +102,7 @@ class Signing {
   Key group_{};
   MacKey group_key_;
   uint32_t group_sent_ = 0;
+  bool greeted_before_ = false;
   SigningCounters counters_;
 };
 

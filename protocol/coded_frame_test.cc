@@ -1,4 +1,4 @@
-#include "protocol/coded_round.h"
+#include "protocol/coded_frame.h"
 
 #include <gtest/gtest.h>
 
@@ -21,8 +21,8 @@ using testing::Listen;
 using testing::NaiveDecoder;
 
 Bytes Coded(const Bytes& body) {
-  Bytes wire(kMaxCodedRound);
-  wire.resize(EncodeCodedRound(testing::ToMessage(body), wire.data()));
+  Bytes wire(kMaxCoded);
+  wire.resize(EncodeCoded(testing::ToMessage(body), wire.data()));
   return wire;
 }
 
@@ -43,7 +43,16 @@ Bytes RoundWith(int answers, int turns) {
   return testing::ToBody(message);
 }
 
-TEST(CodedRoundTest, IsWrittenAsTheVectorsHaveIt) {
+// The answer to a first HELLO has 34 bytes of DATA, that to a second one 20.
+Bytes HelloAnswerOf(size_t data) {
+  Bytes body{0x2A, 0xF1};
+  for (size_t i = 0; i < data; ++i) {
+    body.push_back(static_cast<uint8_t>(37 * i + data));
+  }
+  return body;
+}
+
+TEST(CodedFrameTest, IsWrittenAsTheVectorsHaveIt) {
   int compared = 0;
   for (const auto& [frame, stream] : {std::pair{"round_empty", "coded_round_empty"},
                                       std::pair{"round_several", "coded_round_several"},
@@ -59,29 +68,31 @@ TEST(CodedRoundTest, IsWrittenAsTheVectorsHaveIt) {
   EXPECT_EQ(compared, 4);
 }
 
-TEST(CodedRoundTest, EverySizeArrives) {
+TEST(CodedFrameTest, EverySizeArrives) {
   for (int answers = 0; answers <= kMaxTurns; ++answers) {
     for (int turns = 0; turns <= kMaxTurns; ++turns) {
       const Bytes body = RoundWith(answers, turns);
       const Bytes wire = Coded(body);
-      EXPECT_EQ(wire.size(), CodedRoundBytes(body.size() - 2));
+      EXPECT_EQ(wire.size(), CodedBytes(body.size() - 2));
       EXPECT_EQ(Listen(wire, kNoGapTimeout).bodies, std::vector<Bytes>{body});
     }
   }
 }
 
 // Whatever its value: a delimiter, too.
-TEST(CodedRoundTest, ArrivesWithAnyOneByteDamaged) {
-  for (const auto& [answers, turns] : {std::pair{0, 2}, std::pair{4, 4}, std::pair{11, 11}}) {
-    const Bytes body = RoundWith(answers, turns);
+TEST(CodedFrameTest, ArrivesWithAnyOneByteDamaged) {
+  for (const Bytes& body : {RoundWith(0, 2), RoundWith(4, 4), RoundWith(11, 11), HelloAnswerOf(34),
+                            HelloAnswerOf(20)}) {
+    const bool is_round = body[1] == kRound;
     const Bytes wire = Coded(body);
     for (size_t at = 0; at < wire.size(); ++at) {
       for (int value = 0; value < 256; ++value) {
         Bytes damaged = wire;
         damaged[at] = static_cast<uint8_t>(value);
         // It says that there is no second beginning, hides its DLE, or tells another number of
-        // rows.
-        if ((at == 3 && value == kCodedRoundAgain) ||
+        // rows. HELLO's answer has its ID in the first one.
+        if ((at == 2 && !is_round && value != kBroadcastId) ||
+            (at == 3 && value == (wire[3] | kCodedAgain)) ||
             (at == 4 && (value == kDle || ReadRows(static_cast<uint8_t>(value)) != 0))) {
           continue;
         }
@@ -92,7 +103,17 @@ TEST(CodedRoundTest, ArrivesWithAnyOneByteDamaged) {
   }
 }
 
-TEST(CodedRoundTest, ArrivesAfterAnyBurstOfARowsLength) {
+TEST(CodedFrameTest, AnAnswerToHelloIsForTheRobotOfItsBeginning) {
+  for (const size_t data : {size_t{34}, size_t{20}}) {
+    const Bytes body = HelloAnswerOf(data);
+    Bytes wire = Coded(body);
+    EXPECT_EQ(Listen(wire, kNoGapTimeout).bodies, std::vector<Bytes>{body});
+    wire[2] = 0x2B;
+    EXPECT_TRUE(Listen(wire, kNoGapTimeout).bodies.empty());
+  }
+}
+
+TEST(CodedFrameTest, ArrivesAfterAnyBurstOfARowsLength) {
   const Bytes body = RoundWith(8, 8);
   const Bytes wire = Coded(body);
   const size_t rows = wire[4] % 16u;
@@ -107,12 +128,14 @@ TEST(CodedRoundTest, ArrivesAfterAnyBurstOfARowsLength) {
 
 // With damage from none to much: the decoder finds what the naive one finds, and what it delivers
 // is what was sent.
-TEST(CodedRoundTest, RandomDamageIsRepairedAsTheNaiveDecoderDoes) {
+TEST(CodedFrameTest, RandomDamageIsRepairedAsTheNaiveDecoderDoes) {
   std::mt19937_64 random(5);
   int delivered = 0;
   int lost = 0;
   for (int trial = 0; trial < 4000; ++trial) {
-    const Bytes body = RoundWith(static_cast<int>(random() % 12), static_cast<int>(random() % 12));
+    const Bytes body = trial % 4 == 0 ? HelloAnswerOf(trial % 8 == 0 ? 34 : 20)
+                                      : RoundWith(static_cast<int>(random() % 12),
+                                                  static_cast<int>(random() % 12));
     Bytes wire = Coded(body);
     const unsigned per_mille = static_cast<unsigned>(random() % 4) * 40;
     for (uint8_t& byte : wire) {
@@ -134,10 +157,11 @@ TEST(CodedRoundTest, RandomDamageIsRepairedAsTheNaiveDecoderDoes) {
   EXPECT_GT(lost, 400);
 }
 
-TEST(CodedRoundTest, RandomBytesBehindABeginningAreReadAsTheNaiveDecoderReadsThem) {
+TEST(CodedFrameTest, RandomBytesBehindABeginningAreReadAsTheNaiveDecoderReadsThem) {
   std::mt19937_64 random(6);
   for (int trial = 0; trial < 3000; ++trial) {
-    Bytes wire{0x10, 0x02, 0xFF, static_cast<uint8_t>(random() % 2 != 0 ? 0xF4 : 0xF5),
+    Bytes wire{0x10, 0x02, random() % 2 != 0 ? uint8_t{0xFF} : uint8_t{0x2A},
+               static_cast<uint8_t>(0xF4 + random() % 4),
                SayRows(static_cast<uint8_t>(random() % 16))};
     const size_t more = random() % 120;
     for (size_t i = 0; i < more; ++i) {

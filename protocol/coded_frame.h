@@ -1,6 +1,7 @@
-// A ROUND that arrives although some of its bytes are damaged (protocol/README.md, section 4).
+// A ROUND, or the answer to a signed HELLO, that arrives although some of its bytes are damaged
+// (protocol/README.md, sections 4 and 18).
 //
-//   size = EncodeCodedRound(message, wire);      // the server; FrameParser receives it
+//   size = EncodeCoded(message, wire);      // the server; FrameParser receives it
 //
 // Its DATA and CRC are laid out in rows of eight bytes, with one more row that is their exclusive
 // or. Each row has two check bytes P and Q, as a stripe of RAID 6 has: they correct one byte of the
@@ -17,9 +18,18 @@
 namespace pheromone {
 namespace protocol {
 
-/// The opcodes of the two beginnings.
+/// The opcodes of the first of the two beginnings. That of the second has bit 0 as well.
 constexpr uint8_t kCodedRound = 0xF4;
-constexpr uint8_t kCodedRoundAgain = 0xF5;
+constexpr uint8_t kCodedHello = 0xF6;
+constexpr uint8_t kCodedAgain = 0x01;
+
+/// An ID as it is in a beginning, where no byte may be a DLE; and back.
+constexpr uint8_t CodedId(uint8_t id) {
+  return id == kDle ? uint8_t{0} : id;
+}
+constexpr uint8_t ReadCodedId(uint8_t said) {
+  return said == 0 ? kDle : said;
+}
 
 /// Data bytes in a row.
 constexpr uint8_t kCodedColumns = 8;
@@ -33,7 +43,7 @@ constexpr uint8_t kCodedLead = 5;
 constexpr uint8_t CodedSize(uint8_t rows) {
   return static_cast<uint8_t>((kCodedColumns + 2) * (rows + 1));
 }
-constexpr uint8_t kMaxCodedRound = 2 * kCodedLead + CodedSize(kMaxCodedRows);
+constexpr uint8_t kMaxCoded = 2 * kCodedLead + CodedSize(kMaxCodedRows);
 
 /// The number of rows as it is sent: the high nibble is the low one's complement.
 constexpr uint8_t SayRows(uint8_t rows) {
@@ -53,17 +63,21 @@ constexpr uint8_t CodedDouble(uint8_t value) {
 
 /// Corrects what follows the beginnings, CodedSize(rows) bytes, in place: DATA comes first, then
 /// its CRC. There may be more damage than can be corrected: the CRC tells.
-void RepairCodedRound(uint8_t* bytes, uint8_t rows);
+void RepairCoded(uint8_t* bytes, uint8_t rows);
 
-/// Bytes on the wire of the coded form of a ROUND with DATA of this length.
-constexpr size_t CodedRoundBytes(size_t length) {
-  return 2u * kCodedLead +
-         CodedSize(static_cast<uint8_t>((length + 2 + kCodedColumns - 1) / kCodedColumns));
+/// Rows for DATA of this length.
+constexpr uint8_t CodedRows(size_t length) {
+  return static_cast<uint8_t>((length + 2 + kCodedColumns - 1) / kCodedColumns);
 }
 
-/// Writes the coded form of a ROUND; `wire` has room for kMaxCodedRound bytes. Returns how many
-/// were written.
-size_t EncodeCodedRound(const Message& round, uint8_t* wire);
+/// Bytes on the wire of the coded form of a message with DATA of this length.
+constexpr size_t CodedBytes(size_t length) {
+  return 2u * kCodedLead + CodedSize(CodedRows(length));
+}
+
+/// Writes the coded form of a ROUND or of HELLO's answer; `wire` has room for kMaxCoded bytes.
+/// Returns how many were written.
+size_t EncodeCoded(const Message& message, uint8_t* wire);
 
 }  // namespace protocol
 }  // namespace pheromone

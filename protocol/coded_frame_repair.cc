@@ -1,9 +1,9 @@
-#include "protocol/coded_round.h"
+#include "protocol/coded_frame.h"
 
 namespace pheromone {
 namespace protocol {
 
-void RepairCodedRound(uint8_t* bytes, uint8_t rows) {
+void RepairCoded(uint8_t* bytes, uint8_t rows) {
   uint8_t* sum = bytes + static_cast<uint8_t>(kCodedColumns * rows);
   const uint8_t* p = sum + kCodedColumns;
   uint8_t* beyond = nullptr;  // the row with more damage than one byte
