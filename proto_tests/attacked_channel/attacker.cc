@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocol/coded_round.h"
+#include "protocol/coded_frame.h"
 #include "protocol/frame.h"
 
 namespace pheromone::attack {
@@ -320,8 +320,8 @@ std::vector<uint8_t> Attacker::ForgedRound(uint8_t number, const protocol::Round
     return Dressed("round", message);
   }
   ++sent_["coded round"];
-  Bytes bytes(protocol::kMaxCodedRound);
-  bytes.resize(protocol::EncodeCodedRound(message, bytes.data()));
+  Bytes bytes(protocol::kMaxCoded);
+  bytes.resize(protocol::EncodeCoded(message, bytes.data()));
   return bytes;
 }
 
