@@ -245,6 +245,15 @@ class RequireTest(SignedLink):
         SignedRobot(line, 8, self.key_of(8)).hello(nonce=1)
         seven.ping(b"still there")
 
+    def test_without_a_journal_it_is_told_that_a_revocation_is_not_kept(self):
+        self.daemon.stop()
+        file = self.folder / "test.toml"
+        file.write_text(file.read_text().replace('folder = "state"', 'durability = "none"'))
+        self.start()
+        self.assertEqual(self.ctl("keys", "revoke", 8),
+                         "revoked: robot 8, on pty, tcp, udp; not kept: no journal; take it out of "
+                         "the keys file, too, with --file\n")
+
     def test_a_robot_without_a_key_cannot_be_revoked(self):
         answer = subprocess.run([BIN / "pheromonectl", "keys", "revoke", "8", "9"], text=True,
                                 cwd=self.folder, capture_output=True, check=False)

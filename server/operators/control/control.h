@@ -285,9 +285,9 @@ class Control {
   virtual void ChangeTags(const engine::TagsChanged& change, Done done) = 0;
   /// Begins a net anew. Errors: there is no such net.
   virtual void ChangeNets(const engine::NetsChanged& change, Done done) = 0;
-  /// Revokes the keys of robots for good (engine::KeysRevoked): the sessions of their links end,
-  /// and robots with other keys begin new ones. `done` gets the links with these keys. Errors: no
-  /// link has a key of one of the robots.
+  /// Revokes the keys of robots (engine::KeysRevoked), for good if there is a journal: the sessions
+  /// of their links end, and robots with other keys begin new ones. `done` gets the links with
+  /// these keys. Errors: no link has a key of one of the robots.
   virtual void RevokeKeys(std::span<const uint8_t> robots,
                           DoneWith<std::vector<std::string>> done) = 0;
   /// Halts all robots on all links, even while the log does not accept changes or the disk does not

@@ -125,8 +125,10 @@ int RevokeKeysAtServer(const ServerOptions& server, const std::vector<int>& ids)
   for (const json::value& link : ItemsAt(reply.value, "links")) {
     links.emplace_back(TextOf(link));
   }
-  fmt::print("revoked: robot {}, on {}; for good, whatever the keys file has\n",
-             fmt::join(ids, ", "), fmt::join(links, ", "));
+  fmt::print("revoked: robot {}, on {}; {}\n", fmt::join(ids, ", "), fmt::join(links, ", "),
+             FlagAt(reply.value, "kept")
+                 ? "for good, whatever the keys file has"
+                 : "not kept: no journal; take it out of the keys file, too, with --file");
   return 0;
 }
 

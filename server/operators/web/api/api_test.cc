@@ -71,7 +71,9 @@ TEST_F(ApiTest, ARecordingIsLookedAtStartedAndStoppedAtOnePath) {
 
 TEST_F(ApiTest, KeysOfRobotsAreRevoked) {
   EXPECT_EQ(Parsed(Post("revoke", R"({"ids":[8,254]})")),
-            json::parse(R"({"done":true,"links":["radio-a","radio-b"]})"));
+            json::parse(R"({"done":true,"links":["radio-a","radio-b"],"kept":false})"));
+  control_.status.is_kept = true;
+  EXPECT_TRUE(Parsed(Post("revoke", R"({"ids":[8,254]})")).at("kept").as_bool());
   EXPECT_EQ(control_.revoked, (std::vector<uint8_t>{8, 254}));
   control_.revoked.clear();
   using Case = std::pair<std::string, std::string>;

@@ -342,10 +342,13 @@ void RevokeKeys(control::Control* control, Parameters* fields, Respond respond) 
     return;
   }
   const std::vector<uint8_t> robots(ids.begin(), ids.end());
-  control->RevokeKeys(
-      robots, [respond = std::move(respond)](const Result<std::vector<std::string>>& links) {
-        respond(Outcome("links", links));
-      });
+  const bool is_kept = control->GetStatus(false).is_kept;
+  control->RevokeKeys(robots, [respond = std::move(respond),
+                               is_kept](const Result<std::vector<std::string>>& links) {
+    respond(links.ok() ? Done({{"links", json::array(links.value().begin(), links.value().end())},
+                               {"kept", is_kept}})
+                       : Refuse(409, {links.error(), "", ""}));
+  });
 }
 
 void Reload(control::Control* control, Parameters* fields, Respond respond) {

@@ -41,7 +41,8 @@ void GoTo(control::Control* control, Parameters* fields, Respond respond);
 /// pheromone, tau_s: its evaporation, until the configuration is reread.
 void ChangeLaw(control::Control* control, Parameters* fields, Respond respond);
 
-/// ids = [...]: the robots whose keys are revoked. Answers with the links that had them.
+/// ids = [...]: the robots whose keys are revoked. Answers with the links that had them, and
+/// whether that outlives the server.
 void RevokeKeys(control::Control* control, Parameters* fields, Respond respond);
 
 void Halt(control::Control* control, Parameters* fields, Respond respond);
