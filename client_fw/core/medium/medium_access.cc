@@ -1,7 +1,10 @@
 #include "client_fw/core/medium/medium_access.h"
 
 #include "client_fw/core/base/outlined.h"
+#include "protocol/fields.h"
+#include "protocol/messages.h"
 #include "protocol/opcodes.h"
+#include "protocol/signing.h"
 
 namespace pheromone {
 namespace client {
@@ -19,6 +22,11 @@ constexpr uint8_t kMaxDamaged = 8;  // frames more than valid ones: no traffic, 
 PHEROMONE_OUTLINED uint16_t Sum(uint16_t a, uint16_t b) {
   return b < UINT16_MAX - a ? static_cast<uint16_t>(a + b) : UINT16_MAX;
 }
+
+// The answer to a second HELLO, of any robot: its bytes, and where it tells the slot.
+constexpr uint8_t kSignedHelloAnswer =
+    4 + protocol::SizeOf<protocol::HelloAnswer>().least + protocol::kSignature;
+constexpr uint8_t kHelloSlotAt = 2 + protocol::OffsetOf(&protocol::HelloAnswer::slot_ms);
 
 // Whether the server answers this client's request, so that the channel is not free yet.
 bool OpensWindow(uint8_t opcode) {
@@ -118,6 +126,12 @@ void MediumAccess::OnFrame() {
     return;
   }
   state_.census.Hear(id);
+  // Among others who know the slot, one that does not would hardly ever get to say HELLO.
+  if (protocol::kHasSigning && opcode == protocol::kHelloAnswer &&
+      state_.parser.size() == kSignedHelloAnswer) {
+    rounds_.TellSlot(state_.parser.body()[kHelloSlotAt]);
+    ChooseSlotMs();
+  }
   if (!from_server) {
     rounds_.OnFrameOf(id);
   }

@@ -12,6 +12,7 @@
 #include "client_fw/core/testing/frames.h"
 #include "protocol/frame.h"
 #include "protocol/messages.h"
+#include "protocol/signing.h"
 
 namespace pheromone {
 namespace client {
@@ -122,6 +123,28 @@ TEST_F(MediumAccessTest, AFrameOfAnotherOpensAWindowForItsAnswer) {
   Run(kWindowMs);
   EXPECT_FALSE(IsHeld());
   EXPECT_EQ(medium_.state().census.robots(), 1);
+}
+
+// Its own slots of 20 ms would leave a newcomer no room among those of the others.
+TEST_F(MediumAccessTest, TheAnswerToTheSecondHelloOfAnotherTellsTheSlotUntilOurOwnDoes) {
+  protocol::HelloAnswer answer;
+  answer.id = 9;
+  answer.slot_ms = 5;
+  protocol::Message message;
+  Encode(answer, &message);
+  const auto hear = [&](uint8_t added) {
+    protocol::Message sent = message;
+    sent.length = static_cast<uint8_t>(sent.length + added);
+    Hear(FrameOf(sent));
+  };
+  medium_.Tune(0, 0);
+  hear(0);
+  EXPECT_EQ(medium_.state().slot_ms, 20) << "unsigned";
+  hear(protocol::kSignature);
+  EXPECT_EQ(medium_.state().slot_ms, 5);
+  medium_.Tune(kSlotMs, kWindowMs);
+  hear(protocol::kSignature);
+  EXPECT_EQ(medium_.state().slot_ms, kSlotMs);
 }
 
 TEST_F(MediumAccessTest, TheAnswerEndsTheWindow) {

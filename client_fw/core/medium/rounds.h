@@ -24,7 +24,7 @@ namespace client {
 
 struct RoundValues {   // plain memory: all zero
   uint8_t number;      ///< of the last ROUND granted
-  uint8_t slot_ms;     ///< told by it; 0: there was none
+  uint8_t slot_ms;     ///< told last; 0: it was not
   uint8_t turn_bytes;  ///< the longest frame that fits a turn
   uint8_t turns;       ///< ours in this round that are still to come
   uint8_t turn;        ///< index in the round of the one that is due
@@ -78,6 +78,9 @@ class Rounds : private RoundVariables {
   /// Whether it is our turn; each one is told once. `receiving`: a frame of somebody else, which
   /// may be about to end; a carrier without one may be the tail of a keyed transmitter.
   Turn TurnDue(bool receiving);
+
+  /// The slot, as told in something else.
+  void TellSlot(uint8_t slot_ms) { values_.slot_ms = slot_ms; }
 
   /// An opening lasts for its slots after whatever was sent in it.
   void KeepOpen(uint16_t before_slots_ms, uint8_t slot_ms);
