@@ -169,7 +169,7 @@ PHEROMONE_OUTLINED bool MediumAccess::Noisy() const {
   return stray_ms_ > longest_frame_ms_ || framed_ms_ > longest_frame_ms_;
 }
 
-void MediumAccess::EndRun() {
+PHEROMONE_BY_POINTER void MediumAccess::EndRun() {
   if (quiet_ms_ >= IdleMs() && !state_.parser.open()) {
     stray_ms_ = 0;
     framed_ms_ = 0;
@@ -198,7 +198,7 @@ bool MediumAccess::Silent() {
   return !FrameOpen() && (quiet_ms_ > kByteGraceMs || Noisy());
 }
 
-void MediumAccess::Poll(bool channel_busy) {
+PHEROMONE_BY_POINTER void MediumAccess::Poll(bool channel_busy) {
   state_.receiving = FrameOpen();
   if (timers_[kCensus] == 0) {
     timers_[kCensus] = kCensusMs;
@@ -277,7 +277,7 @@ PHEROMONE_OUTLINED uint8_t MediumAccess::RandomSlots() {
   return static_cast<uint8_t>(1 + apart * random_.Below(slots));
 }
 
-bool MediumAccess::MayBegin(bool urgent) {
+PHEROMONE_BY_POINTER bool MediumAccess::MayBegin(bool urgent) {
   const bool alone = timers_[kOthers] == 0;
   const bool granted =
       rounds_.left_ms() == 0 || (rounds_.reserved_ms() == 0 && rounds_.open() && urgent);

@@ -1,5 +1,7 @@
 #include "client_fw/core/medium/rounds.h"
 
+#include "client_fw/core/base/outlined.h"
+
 namespace pheromone {
 namespace client {
 namespace {
@@ -99,7 +101,7 @@ void Rounds::OnFrameOf(uint8_t id) {
   }
 }
 
-Rounds::Turn Rounds::TurnDue(bool receiving) {
+PHEROMONE_BY_POINTER Rounds::Turn Rounds::TurnDue(bool receiving) {
   if (timers_[kRounds] == 0) {
     values_.turns = 0;
   }

@@ -1,5 +1,6 @@
 #include "client_fw/core/requests/request_memory.h"
 
+#include "client_fw/core/base/outlined.h"
 #include "protocol/crc16.h"
 
 namespace pheromone {
@@ -8,7 +9,7 @@ namespace {
 
 constexpr uint8_t kValuesSize = sizeof(RequestValues);
 
-uint16_t CheckOf(const RequestValues& values) {
+PHEROMONE_OUTLINED uint16_t CheckOf(const RequestValues& values) {
   return protocol::Check(&values, kValuesSize);
 }
 

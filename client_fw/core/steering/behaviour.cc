@@ -315,7 +315,7 @@ PHEROMONE_OUTLINED void Behaviour::Report(uint16_t event_bit) {
   state_.events = static_cast<uint16_t>(state_.events | event_bit);
 }
 
-void Behaviour::Check() {
+PHEROMONE_BY_POINTER void Behaviour::Check() {
   if (timers_[kSaving] == 0 && saves_left_ != kMaxSavesAtOnce) {
     ++saves_left_;
     timers_[kSaving] = kSavingMs;

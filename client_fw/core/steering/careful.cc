@@ -1,5 +1,7 @@
 #include "client_fw/core/steering/careful.h"
 
+#include "client_fw/core/base/outlined.h"
+
 namespace pheromone {
 namespace client {
 namespace {
@@ -19,7 +21,7 @@ int16_t Smaller(int16_t a, int16_t b) {
   return a < b ? a : b;
 }
 
-WheelSpeeds TurnOnTheSpot(Side side, int16_t mm_s) {
+PHEROMONE_OUTLINED WheelSpeeds TurnOnTheSpot(Side side, int16_t mm_s) {
   const int16_t back = static_cast<int16_t>(-mm_s);
   return side == Side::kLeft ? WheelSpeeds{back, mm_s} : WheelSpeeds{mm_s, back};
 }
@@ -38,7 +40,8 @@ int16_t SpeedForTurn(int16_t p_left, int16_t p_right, int16_t k_mm_s) {
 
 }  // namespace
 
-void Notice(int16_t p_left, int16_t p_right, BinaryAngle heading, CarefulState* state) {
+PHEROMONE_BY_POINTER void Notice(int16_t p_left, int16_t p_right, BinaryAngle heading,
+                                 CarefulState* state) {
   const int16_t most = Larger(p_left, p_right);
   const int16_t least = Smaller(p_left, p_right);
   if (p_left != p_right) {

@@ -2,6 +2,7 @@
 
 #include <stddef.h>
 
+#include "client_fw/core/base/outlined.h"
 #include "protocol/byte_order.h"
 
 namespace pheromone {
@@ -40,7 +41,7 @@ const Row kRows[kEndOfSettings - 1] = {
 };
 #undef PHEROMONE_SETTING
 
-bool InRange(uint8_t id, uint16_t value) {
+PHEROMONE_OUTLINED bool InRange(uint8_t id, uint16_t value) {
   const uint8_t index = static_cast<uint8_t>(id - 1);
   return index < kEndOfSettings - 1 && value >= kRows[index].least && value <= kRows[index].most;
 }
