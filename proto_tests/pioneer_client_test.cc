@@ -54,6 +54,7 @@ struct Board {
     to_robot.Put(byte, now_ns);
     return true;
   }
+  static void set_robot_rate(uint8_t /*number*/) {}
   uint32_t millis() const { return static_cast<uint32_t>(now_ns / 1'000'000); }
 
   int64_t now_ns = 1'000'000'000;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <poll.h>
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <span>
 #include <utility>
 #include <vector>
@@ -12,7 +14,6 @@
 #include "client_fw/attach/adapter_measurement.h"
 #include "client_fw/attach/attached_robot.h"
 #include "client_fw/attach/connection.h"
-#include "client_fw/attach/rate_search.h"
 #include "client_fw/attach/reporter.h"
 #include "client_fw/attach/servers.h"
 #include "client_fw/boards/host/real_time.h"
@@ -27,6 +28,14 @@ constexpr int64_t kPartingMs = 50;
 constexpr int64_t kLongestPartingMs = 300;
 constexpr int kMaxReads = 16;  // whoever never pauses must not stop the robot's time
 
+// At which a robot is looked for: the one that was given, then the others that ARIA tries.
+std::vector<uint32_t> RatesFrom(uint32_t first) {
+  std::vector<uint32_t> rates = {first};
+  std::ranges::copy_if(std::array{9600u, 38'400u, 19'200u, 115'200u, 57'600u},
+                       std::back_inserter(rates), [&](uint32_t rate) { return rate != first; });
+  return rates;
+}
+
 class Attachment {
  public:
   explicit Attachment(const AttachOptions& options)
@@ -34,7 +43,7 @@ class Attachment {
         port_(options.robot),
         servers_(options.servers, options.client.id),
         robot_(options.client),
-        rates_(options.robot.baud),
+        rates_(RatesFrom(options.robot.baud)),
         adapter_(options.servers.front().baud, options.client.adapter_ms),
         reporter_(&port_, &servers_, &robot_) {}
 
@@ -96,8 +105,8 @@ class Attachment {
       sending_ = false;
       robot_.OnFrameSent();
     }
-    LookForTheRate();
     robot_.Step(static_cast<uint32_t>(now_ms_));
+    FollowRate();
     port_.Write(robot_.TakeCommands(), now_ms_);
     if (const std::vector<uint8_t> frame = robot_.TakeFrame(); !frame.empty()) {
       servers_.Write(frame, now_ms_);
@@ -126,15 +135,13 @@ class Attachment {
     }
   }
 
-  void LookForTheRate() {
-    const bool silent =
-        port_.address().kind == Address::Kind::kSerial && port_.up() && !robot_.pioneer().known();
-    const uint32_t before = rates_.rate();
-    if (const uint32_t rate = rates_.Next(silent, now_ms_); rate != 0 && rate != before) {
+  void FollowRate() {
+    const uint32_t before = port_.address().baud;
+    const uint32_t rate = rates_[robot_.pioneer().rate() % rates_.size()];
+    if (port_.address().kind == Address::Kind::kSerial && port_.up() && rate != before) {
       SayLine(now_ms_, fmt::format("robot {}: no answer at {} baud, trying {}",
                                    port_.address().text, before, rate));
       port_.SetBaud(rate);
-      robot_.OnRobotConnected();
     }
   }
 
@@ -160,7 +167,7 @@ class Attachment {
   Connection port_;
   Servers servers_;
   AttachedRobot robot_;
-  RateSearch rates_;
+  std::vector<uint32_t> rates_;
   AdapterMeasurement adapter_;
   Reporter reporter_;
   int64_t start_ns_ = MonotonicNs();

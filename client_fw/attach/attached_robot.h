@@ -78,6 +78,7 @@ class AttachedRobot {
    public:
     int robot_get() { return reports.Get(); }
     bool robot_put(uint8_t byte) { return commands.Put(byte); }
+    static void set_robot_rate(uint8_t /*number*/) {}  // whoever has the port asks pioneer()
 
     client::ByteRing<4096> reports;  // from the Pioneer
     client::ByteRing<64> commands;   // to it

@@ -113,8 +113,13 @@ TEST(AvrBoard, WorksWithTheSlowestAndTheFastestOfTheUsualCrystals) {
     config.image = PHEROMONE_AVR_IMAGES "/client_avr_" + std::to_string(hz) + ".elf";
     config.frequency_hz = hz;
     Board board(config);
+    // A silent robot, whose port follows: after each SYNC0 comes the next rate.
+    const int64_t bauds[] = {9'600, 38'400, 19'200, 57'600};
+    for (int ms = 0; ms < 7'000; ++ms) {
+      board.RunFor(1);
+      board.machine.set_robot_baud(bauds[(board.robot.size() / 6 + 1) / 2 % 4]);
+    }
     ASSERT_TRUE(board.NextHello()) << hz;
-    board.RunFor(6'000);
     std::vector<int64_t> at_ns;  // of each command's first byte
     for (size_t i = 0; i < board.robot.size(); i += 6) {
       ASSERT_EQ(board.robot[i].byte, 0xFA);

@@ -67,6 +67,7 @@ struct TurnBoard {
   bool channel_busy() const { return (flags & kCarrier) != 0 || !radio_tx_idle(); }
   int robot_get() { return from_robot.Get(); }
   bool robot_put(uint8_t byte) { return to_robot.Put(byte); }
+  static void set_robot_rate(uint8_t /*number*/) {}
   client::Moment millis() const { return static_cast<client::Moment>(now_ms); }
   void set_load(bool hold) { load = hold; }
   static void set_led(bool /*on*/) {}

@@ -399,6 +399,81 @@ TEST(AvrFirmwareTest, AnUnpluggedPioneerIsFoundAgainWithoutAReset) {
   EXPECT_EQ(world.robot().machine().watchdog_resets(), 0u);
 }
 
+// The longest way: a second and a fifth at each of the four rates.
+constexpr int64_t kAllRatesMs = 4 * 1'200 + 1'000;
+
+bool DrivesWithin(FirmwareWorld* world, int64_t ms) {
+  const uint64_t before = world->robot().pioneer().counters().sessions;
+  return world->RunUntil(
+      [&] { return world->robot().pioneer().counters().sessions > before && !Stands(*world); }, ms);
+}
+
+class AvrRateTest : public testing::TestWithParam<int64_t> {};
+
+TEST_P(AvrRateTest, APioneerLeftAtThisRateIsFoundAndObeys) {
+  FirmwareWorld world;
+  world.robot().set_robot_baud(GetParam());
+  ASSERT_TRUE(DrivesWithin(&world, kAllRatesMs + 3'000));
+  world.RunFor(10'000);
+  EXPECT_GT(world.robot().true_pose().x_m, 1.0);
+  EXPECT_LT(world.WhereIsTheRobot().off_path_m, 0.2);
+  const sim::PioneerCounters pioneer = world.robot().pioneer().counters();
+  EXPECT_EQ(pioneer.sessions, 1u);
+  EXPECT_EQ(pioneer.bad_checksums, 0u);
+  EXPECT_EQ(world.robot().machine().uart(AvrMachine::kRobot).overruns, 0u);
+  EXPECT_EQ(world.robot().machine().uart(AvrMachine::kRadio).overruns, 0u);
+}
+
+TEST_P(AvrRateTest, ASessionOfAnotherProgramAtThisRateIsClosed) {
+  FirmwareWorld world;
+  ASSERT_TRUE(DrivesWithin(&world, 5'000));
+  world.robot().set_robot_baud(GetParam());
+  const uint64_t closes = world.robot().pioneer().counters().closes;
+  ASSERT_TRUE(GetParam() == 9600 || DrivesWithin(&world, kAllRatesMs + 3'000));
+  EXPECT_EQ(world.robot().pioneer().counters().closes, closes + (GetParam() == 9600 ? 0 : 1));
+}
+
+TEST_P(AvrRateTest, AfterACutCableAndAfterARestartOfThePioneerItIsFoundAgain) {
+  FirmwareWorld world;
+  world.robot().set_robot_baud(GetParam());
+  ASSERT_TRUE(DrivesWithin(&world, kAllRatesMs + 3'000));
+  world.robot().set_cable(false);
+  world.RunFor(7'000);
+  EXPECT_TRUE(Stands(world));
+  world.robot().set_cable(true);
+  ASSERT_TRUE(DrivesWithin(&world, 2 * kAllRatesMs));
+  world.RunFor(1'000);
+  world.robot().RestartPioneer();
+  ASSERT_TRUE(DrivesWithin(&world, 2 * kAllRatesMs));
+}
+
+TEST_P(AvrRateTest, AWarmResetGoesOnInTheSessionAtThisRate) {
+  FirmwareWorld world;
+  world.robot().set_robot_baud(GetParam());
+  ASSERT_TRUE(DrivesWithin(&world, kAllRatesMs + 3'000));
+  world.RunFor(1'000);
+  const double before_m = world.robot().true_pose().x_m;
+  world.ResetAfter(100'000, AvrMachine::Cause::kWatchdog);
+  world.RunFor(5'000);
+  EXPECT_GT(world.robot().true_pose().x_m, before_m + 0.2) << "it drives on";
+  EXPECT_EQ(world.robot().pioneer().counters().sessions, 1u);
+  EXPECT_EQ(world.CountEvents(protocol::EventCode::kPoseLost), 0u);
+}
+
+TEST(AvrDiagnosticsTest, TheLedFlashesTwiceWhileThePioneerIsLookedFor) {
+  FirmwareWorld world;
+  int flashes = 0;
+  world.robot().OnLed([&](bool on) { flashes += on ? 1 : 0; });
+  world.robot().set_robot_baud(115'200);
+  world.RunFor(4'000);
+  flashes = 0;
+  world.RunFor(4 * 2'048);
+  EXPECT_EQ(flashes, 8);
+  EXPECT_TRUE(Stands(world));
+}
+
+INSTANTIATE_TEST_SUITE_P(Rates, AvrRateTest, testing::Values(9600, 38'400, 19'200, 57'600));
+
 TEST(AvrFirmwareTest, ADamagedChannelDoesNotStopIt) {
   sim::RadioConfig radio;
   radio.byte_error = 0.01;  // one exchange in four is lost

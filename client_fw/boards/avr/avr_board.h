@@ -39,6 +39,7 @@ class AvrBoard {
   static Moment millis() { return Millis(); }
   int robot_get() { return uarts[kRobot].Get(); }
   bool robot_put(uint8_t byte) { return SendRobot(byte); }
+  static void set_robot_rate(uint8_t number) { SetRobotRate(number); }
   /// The pin is driven from the first call on: until then a resistor holds its level.
   void set_load(bool hold) {
     if (hold) {

@@ -1,10 +1,10 @@
 // Divisors of the AVR's clock, computed and checked when the firmware is compiled.
 //
-// F_CPU is the crystal's frequency in Hz, PHEROMONE_RADIO_BAUD and PHEROMONE_ROBOT_BAUD the bit
-// rates of the two UARTs; CMake gives all three. A combination for which the hardware has no
-// divisor does not compile. The usual crystals, 7.3728, 11.0592, 14.7456, 16, 18.432 and 20 MHz,
-// give every rate from 300 to 57 600 baud; those of UARTs, the first three and the fifth, give all
-// rates exactly.
+// F_CPU is the crystal's frequency in Hz, PHEROMONE_RADIO_BAUD the radio's bit rate and
+// PHEROMONE_ROBOT_BAUDS those at which the robot is looked for; CMake gives all three. A
+// combination for which the hardware has no divisor does not compile. The usual crystals, 7.3728,
+// 11.0592, 14.7456, 16, 18.432 and 20 MHz, give every rate from 300 to 57 600 baud; those of UARTs,
+// the first three and the fifth, give all rates exactly.
 #pragma once
 
 #include <stdint.h>
@@ -52,6 +52,15 @@ struct BaudSetting {
   uint16_t divisor;   ///< UBRR
   bool double_speed;  ///< U2X; to be written before UBRR
 };
+
+/// UBRR with U2X.
+template <uint32_t kCrystalHz, uint32_t kBaud>
+constexpr uint16_t DoubleSpeedDivisor() {
+  static_assert(BaudError(kCrystalHz, kBaud, 8u) <= kMaxBaudError,
+                "this F_CPU is more than 2 % off this baud rate");
+  static_assert(BaudDivisor(kCrystalHz, kBaud, 8u) <= 4095u, "this baud rate is too slow");
+  return static_cast<uint16_t>(BaudDivisor(kCrystalHz, kBaud, 8u));
+}
 
 template <uint32_t kCrystalHz, uint32_t kBaud>
 constexpr BaudSetting SettingFor() {

@@ -15,7 +15,14 @@ namespace {
 constexpr uint8_t kEnabled = 1u << RXCIE0 | 1u << RXEN0 | 1u << TXEN0;
 
 constexpr BaudSetting kRadioBaud = SettingFor<F_CPU, PHEROMONE_RADIO_BAUD>();
-constexpr BaudSetting kRobotBaud = SettingFor<F_CPU, PHEROMONE_ROBOT_BAUD>();
+
+// All with eight samples a bit.
+template <uint32_t... kBauds>
+struct Divisors {
+  enum : uint8_t { kSize = sizeof...(kBauds) };
+  uint16_t of[kSize] = {DoubleSpeedDivisor<F_CPU, kBauds>()...};
+};
+const Divisors<PHEROMONE_ROBOT_BAUDS> robot_divisors;
 
 uint8_t After(uint8_t index) {
   return static_cast<uint8_t>((index + 1u) & (kRingSize - 1u));
@@ -85,19 +92,21 @@ void StartUarts() {
   if (kRadioBaud.double_speed) {
     UCSR0A = 1u << U2X0;
   }
-  if (kRobotBaud.double_speed) {
-    UCSR1A = 1u << U2X1;
-  }
+  UCSR1A = 1u << U2X1;
   if (kRadioBaud.divisor > 0xFFu) {
     UBRR0H = static_cast<uint8_t>(kRadioBaud.divisor >> 8);
   }
-  if (kRobotBaud.divisor > 0xFFu) {
-    UBRR1H = static_cast<uint8_t>(kRobotBaud.divisor >> 8);
-  }
   UBRR0L = static_cast<uint8_t>(kRadioBaud.divisor & 0xFFu);
-  UBRR1L = static_cast<uint8_t>(kRobotBaud.divisor & 0xFFu);
   UCSR0B = kEnabled | 1u << TXCIE0;
   UCSR1B = kEnabled;
+}
+
+// Writing the register disturbs a byte that is being received.
+void SetRobotRate(uint8_t number) {
+  const uint16_t divisor = robot_divisors.of[number % robot_divisors.kSize];
+  if (UBRR1 != divisor) {
+    UBRR1 = divisor;
+  }
 }
 
 int Uart::Get() {

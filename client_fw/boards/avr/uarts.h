@@ -49,6 +49,9 @@ extern Keying keying;
 void StartUarts();
 bool SendRadio(uint8_t byte);
 bool SendRobot(uint8_t byte);
+/// The robot's bit rate is that of PHEROMONE_ROBOT_BAUDS at `number`, modulo their number. Before
+/// the first call it is undefined. To be changed while nothing is being sent.
+void SetRobotRate(uint8_t number);
 
 }  // namespace client
 }  // namespace pheromone

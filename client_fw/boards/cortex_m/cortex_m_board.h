@@ -65,6 +65,7 @@ class CortexMBoard {
   Moment millis() const { return now_ms_; }
   int robot_get() { return robot_.Get(); }
   bool robot_put(uint8_t byte) { return robot_.Put(byte); }
+  static void set_robot_rate(uint8_t /*number*/) {}  // QEMU ignores it
   void set_load(bool hold);
   void set_led(bool on);
   void save_settings(const uint8_t* from, uint8_t /*size*/) { nonvolatile_.Save(from); }

@@ -90,7 +90,7 @@ void Pioneer::OnPacket(uint16_t now_ms) {
   }
 }
 
-PHEROMONE_OUTLINED void Pioneer::Enter(Phase phase, uint16_t now_ms) {
+PHEROMONE_BY_POINTER void Pioneer::Enter(Phase phase, uint16_t now_ms) {
   phase_ = phase;
   since_ms_ = now_ms;
   due_ = phase == kOpen ? kPhase | kSonar | kDeceleration | kEnable | kSpeeds : kPhase;
@@ -112,7 +112,7 @@ void Pioneer::OnSip() {
 }
 
 // What is nearer counts at once, what is farther once every sonar has said so.
-void Pioneer::LookAhead() {
+PHEROMONE_BY_POINTER void Pioneer::LookAhead() {
   if (receiver_.FrontRange() < front_mm_) {
     front_mm_ = receiver_.FrontRange();
   }
@@ -125,7 +125,7 @@ void Pioneer::LookAhead() {
   }
 }
 
-void Pioneer::OnStatus() {
+PHEROMONE_BY_POINTER void Pioneer::OnStatus() {
   status_.battery_100mv = receiver_.Battery();
   status_.bumpers = receiver_.Stall();
   flags_ = receiver_.Flags();
@@ -192,6 +192,8 @@ void Pioneer::Poll(uint16_t now_ms) {
   if (static_cast<uint16_t>(now_ms - since_ms_) >= longest_ms) {
     if (phase_ == kContinuing) {
       status_.alarms = kPoseLostAlarm;  // until the first SIP
+    } else if (phase_ == kSync0) {
+      ++track_.rate;
     }
     Enter(phase_ == kClosing ? kSync0 : kClosing, now_ms);
   }

@@ -19,6 +19,11 @@
 // receives our commands although we do not receive its reports, and a new session is attempted, as
 // often as needed.
 //
+// Rates. A Pioneer's port is at 9600 baud when it is switched on; a program that used it before,
+// such as ARIA, may have left it at another rate. So each SYNC0 without an answer is followed by
+// CLOSE and SYNC0 at the next of the board's rates (rate()), again and again. In a session the rate
+// remains, also for the next one.
+//
 // A warm reset of our own leaves the Pioneer in its session. Continue() stops it with E_STOP and
 // goes on in that session with the next SIP, so that odometry includes whatever it rolled in
 // between. If no SIP comes, a new session begins, and kPoseLostAlarm says that odometry has a gap.
@@ -98,6 +103,7 @@ struct PioneerTrack {
   int16_t sin_100nm;
   int16_t x_rest_100nm;  ///< beyond odometry
   int16_t y_rest_100nm;
+  uint8_t rate;  ///< Pioneer::rate()
 };
 
 /// The variables of Pioneer, separate so that one loop can clear them as plain memory.
@@ -179,6 +185,9 @@ class Pioneer : private PioneerState {
   bool known() const { return known_; }
   const Odometry& odometry() const { return track_.odometry; }
   const PioneerTrack& track() const { return track_; }
+  /// Counts the rates at which it did not answer, from 0; wraps. tx() is to be sent at this one of
+  /// the board's.
+  uint8_t rate() const { return track_.rate; }
   /// Changes with every SIP that has changed the track.
   uint8_t sips() const { return sips_; }
   /// From the last SIP that contained it; meaningful while known().

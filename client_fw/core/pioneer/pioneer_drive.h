@@ -8,6 +8,8 @@
 //   int robot_get();             the next byte from the Pioneer, or -1
 //   bool robot_put(uint8_t);     queues a byte to it; false if there is no room now. With room for
 //                                kMaxPioneerCommand bytes, commands leave without gaps.
+//   void set_robot_rate(uint8_t);  Pioneer::rate(); called at each Step. A board has a list of bit
+//                                rates, and takes the one at this number modulo their number.
 //   Moment millis();             the same clock
 //
 // Step() is to be called every millisecond or so, as Robot's.
@@ -38,6 +40,7 @@ class PioneerDrive {
       pioneer_.OnByte(static_cast<uint8_t>(byte), now_ms);
     }
     pioneer_.Poll(now_ms);
+    board_->set_robot_rate(pioneer_.rate());
     while (pioneer_.tx_size() != 0 && board_->robot_put(*pioneer_.tx())) {
       pioneer_.OnPut(now_ms);
     }

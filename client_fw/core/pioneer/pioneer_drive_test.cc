@@ -26,10 +26,12 @@ class NarrowBoard {
     if (room == 0) {
       return false;
     }
+    rate_of_last = rate;
     --room;
     out.push_back(byte);
     return true;
   }
+  void set_robot_rate(uint8_t number) { rate = number; }
   Moment millis() const { return now_ms; }
 
   void Hear(const Bytes& packet) { in.insert(in.end(), packet.begin(), packet.end()); }
@@ -38,6 +40,8 @@ class NarrowBoard {
   std::deque<uint8_t> in;
   Bytes out;
   int room = 0;
+  uint8_t rate = 77;
+  uint8_t rate_of_last = 77;  // byte put
 };
 
 class PioneerDriveTest : public ::testing::Test {
@@ -89,6 +93,18 @@ TEST_F(PioneerDriveTest, OdometryIsKnownFromTheFirstSipUntilSilence) {
   EXPECT_EQ(485, odometry.x_mm);
   Run(kPioneerSilenceMs);
   EXPECT_FALSE(drive_.odometry(&odometry));
+}
+
+TEST_F(PioneerDriveTest, TheBoardHasTheRateBeforeTheFirstByteAtIt) {
+  for (uint8_t rate = 0; rate < 3; ++rate) {
+    board_.out.clear();
+    for (int ms = 0; ms < 2000 && board_.out.empty(); ++ms) {  // SYNC0, then CLOSE
+      Run(1);
+    }
+    EXPECT_EQ(rate, board_.rate_of_last);
+    Run(500);
+    board_.out.clear();
+  }
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ int16_t WheelWord(int16_t left_mm_s, int16_t right_mm_s) {
   return protocol::GetI16(bytes);
 }
 
-bool PioneerReceiver::Push(uint8_t byte, uint16_t now_ms) {
+PHEROMONE_BY_POINTER bool PioneerReceiver::Push(uint8_t byte, uint16_t now_ms) {
   if (static_cast<uint16_t>(now_ms - last_byte_ms_) > kPacketGapMs) {
     header_ = 0;
     left_ = 0;
@@ -120,7 +120,7 @@ void PioneerReceiver::PushSonar(uint8_t byte) {
   reading_at_ = static_cast<uint8_t>(reading_at_ == 2 ? 0 : reading_at_ + 1);
 }
 
-void PioneerReceiver::PushHeader(uint8_t byte) {
+PHEROMONE_BY_POINTER void PioneerReceiver::PushHeader(uint8_t byte) {
   if (header_ == 2) {
     header_ = 0;
     if (byte >= 3) {  // a type and a checksum at the least

@@ -51,6 +51,47 @@ TEST(PioneerTest, WaitsASecondForEachEchoAndThenClosesAndBeginsAgain) {
   EXPECT_FALSE(harness.pioneer.known());
 }
 
+TEST(PioneerTest, EachSync0WithoutAnAnswerIsFollowedByCloseAndSync0AtTheNextRate) {
+  PioneerHarness harness;
+  harness.on = false;
+  for (int rate = 0; rate < 600; ++rate) {  // it wraps
+    harness.heard.clear();
+    for (const Heard& wanted : rate == 0 ? Commands{kSync0} : Commands{kClose, kSync0}) {
+      ASSERT_TRUE(harness.RunUntilHeard());
+      EXPECT_EQ(wanted, harness.heard.back());
+      EXPECT_EQ(rate % 256, harness.pioneer.rate());
+    }
+  }
+}
+
+TEST(PioneerTest, TheRateRemainsInASessionAndAtFirstAfterIt) {
+  PioneerHarness harness;
+  harness.on = false;
+  harness.Run(2300);
+  harness.on = true;
+  harness.Connect();
+  EXPECT_EQ(2, harness.pioneer.rate());
+  harness.open = false;  // and no SIPs
+  ASSERT_TRUE(harness.RunUntilHeard(10'000));
+  for (uint32_t ms = 0; ms < kPioneerSilenceMs + kAfterCloseMs && !harness.pioneer.known(); ++ms) {
+    harness.Step();
+    EXPECT_EQ(2, harness.pioneer.rate());
+  }
+}
+
+TEST(PioneerTest, ASessionOfAnotherProgramIsClosedAtItsRate) {
+  PioneerHarness harness;
+  harness.on = false;
+  harness.Run(1300);
+  ASSERT_EQ(1, harness.pioneer.rate());
+  harness.on = true;
+  harness.synced = 3;
+  harness.open = true;
+  harness.Connect();
+  EXPECT_EQ(1, harness.closed);
+  EXPECT_EQ(1, harness.pioneer.rate());
+}
+
 TEST(PioneerTest, RecoversFromAnyLostEcho) {
   for (int sync = 0; sync < 3; ++sync) {
     PioneerHarness harness;
@@ -248,7 +289,11 @@ TEST(PioneerTest, AnEmergencyStopWithoutASessionIsNotSent) {
 // A reset of our processor, while the Pioneer rolls on in its session.
 TEST(PioneerTest, AWarmResetStopsThePioneerAndGoesOnInItsSessionWithoutAGapInTheOdometry) {
   PioneerHarness harness(5000, k100NmPerMm);
+  harness.on = false;
+  harness.Run(1100);
+  harness.on = true;
   harness.Connect();
+  ASSERT_EQ(1, harness.pioneer.rate());
   harness.Tell(1000, 0, 0);
   harness.Tell(1500, 0, 0);
   const Odometry before = harness.pioneer.odometry();
@@ -262,6 +307,7 @@ TEST(PioneerTest, AWarmResetStopsThePioneerAndGoesOnInItsSessionWithoutAGapInThe
   harness.Run(110);
   EXPECT_TRUE(harness.pioneer.known());
   EXPECT_EQ(0, harness.closed);
+  EXPECT_EQ(1, harness.pioneer.rate());
   EXPECT_EQ(before.x_mm + 120, harness.pioneer.odometry().x_mm);
   EXPECT_EQ(before.y_mm + 30, harness.pioneer.odometry().y_mm);
   EXPECT_EQ(0, harness.pioneer.status().alarms);

@@ -78,7 +78,7 @@ struct AvrMachine::Impl {
         noise(config.seed) {
     uarts.emplace_back(avr.get(), '0', config.radio_baud);
     if (config.mcu != "atmega328p") {
-      uarts.emplace_back(avr.get(), '1', config.robot_baud);
+      uarts.emplace_back(avr.get(), '1', config.robot_baud, true);
     }
     eeprom.Load(config.eeprom);
     for (const AvrPin pin : config.grounded) {
@@ -272,6 +272,10 @@ void AvrMachine::OnSent(Port port, std::function<void(uint8_t byte, int64_t time
       [impl = impl_.get(), callback = std::move(callback)](uint8_t byte, uint64_t cycle) {
         callback(byte, impl->ToNs(cycle));
       });
+}
+
+void AvrMachine::set_robot_baud(int64_t baud) {
+  impl_->uarts.at(kRobot).set_nominal_baud(baud);
 }
 
 void AvrMachine::SetPin(AvrPin pin, bool high) {

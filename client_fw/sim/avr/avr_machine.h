@@ -39,7 +39,7 @@ struct AvrMachineConfig {
   std::string mcu = "atmega1284p";  ///< or "atmega328p", as libsimavr calls them
   uint32_t frequency_hz = 16'000'000;
   int64_t radio_baud = 9600;
-  int64_t robot_baud = 9600;
+  int64_t robot_baud = 9600;          ///< the image looks for it (AvrUart, `may_differ`)
   std::vector<uint8_t> eeprom = {};   ///< from address 0; the rest is erased
   std::vector<AvrPin> grounded = {};  ///< pins that straps connect to ground
   uint64_t seed = 1;                  ///< of the contents of RAM after power-up
@@ -72,6 +72,9 @@ class AvrMachine {
   void Send(Port port, uint8_t byte, int64_t time_ns, AvrByteFault fault = AvrByteFault::kNone);
   /// Bytes from the firmware, each at the end of its stop bit.
   void OnSent(Port port, std::function<void(uint8_t byte, int64_t time_ns)> callback);
+
+  /// The robot's rate from now on; to be changed while nothing is underway.
+  void set_robot_baud(int64_t baud);
 
   /// Drives an input from outside, from now on.
   void SetPin(AvrPin pin, bool high);

@@ -190,13 +190,14 @@ TEST(AvrUartTest, AFlagThatRoseWhileItWasMaskedInterruptsWhenTheMaskIsSet) {
 
 TEST(AvrUartTest, AnotherBaudRateThanThePeersIsAnError) {
   AvrMachineConfig config;
-  config.robot_baud = 38400;
+  config.radio_baud = 38400;
   Echo echo(config);
+  echo.machine.Send(AvrMachine::kRadio, 'q', kPeerByte);
   try {
     echo.Started();
     FAIL() << "was not noticed";
   } catch (const std::runtime_error& error) {
-    EXPECT_STREQ(error.what(), "the firmware's UART1 is set to 9615 baud instead of 38400");
+    EXPECT_STREQ(error.what(), "the firmware's UART0 is set to 9615 baud instead of 38400");
   }
 }
 
@@ -204,7 +205,54 @@ TEST(AvrUartTest, AnotherCrystalThanTheImageWasBuiltForIsAnError) {
   AvrMachineConfig config;
   config.frequency_hz = 20'000'000;
   Echo echo(config);
+  echo.machine.Send(AvrMachine::kRadio, 'q', kPeerByte);
   EXPECT_THROW(echo.Started(), std::runtime_error);
+}
+
+// Of a byte at 9615 baud, on a line in microseconds; none without a stop bit.
+Bytes NaiveSampled(const Bytes& sent, double baud) {
+  Bytes sampled;
+  for (const uint8_t byte : sent) {
+    std::vector<bool> line(10'000, true);
+    for (size_t us = 0; us < 9 * 104; ++us) {
+      line[us] = us >= 104 && (byte >> (us / 104 - 1) & 1) != 0;
+    }
+    const auto at = [&](int bit) { return line[static_cast<size_t>((bit + 0.5) * 1e6 / baud)]; };
+    unsigned read = 0;
+    for (int bit = 0; bit < 8; ++bit) {
+      read |= (at(bit + 1) ? 1u : 0u) << bit;
+    }
+    if (at(9)) {
+      sampled.push_back(static_cast<uint8_t>(read));
+    }
+  }
+  return sampled;
+}
+
+TEST(AvrUartTest, ARobotAtAnotherRateReceivesWhatItSamples) {
+  Bytes sent;
+  {
+    Echo echo;
+    sent = Echo::BytesOf(echo.Started().robot);
+  }
+  ASSERT_FALSE(sent.empty());
+  for (const int64_t baud : {4'800, 19'200, 38'400, 57'600, 115'200}) {
+    AvrMachineConfig config;
+    config.robot_baud = baud;
+    Echo echo(config);
+    EXPECT_EQ(NaiveSampled(sent, static_cast<double>(baud)), Echo::BytesOf(echo.Started().robot))
+        << baud;
+  }
+}
+
+TEST(AvrUartTest, ARobotAtAnotherRateIsNotUnderstood) {
+  for (const int64_t baud : {19'200, 38'400, 57'600}) {
+    AvrMachineConfig config;
+    config.robot_baud = baud;
+    Echo echo(config);
+    echo.Started();
+    EXPECT_THROW(echo.Ask('c'), std::runtime_error) << "a letter for which the image sleeps";
+  }
 }
 
 // --- Time.

@@ -55,6 +55,16 @@ void AvrRobot::Step() {
   }
 }
 
+void AvrRobot::set_robot_baud(int64_t baud) {
+  machine_.set_robot_baud(baud);
+  cable_byte_ns_ = kTenBitsNs / baud;
+}
+
+void AvrRobot::RestartPioneer() {
+  pioneer_.HangUp();
+  set_robot_baud(9600);
+}
+
 void AvrRobot::Send(uint8_t byte, int64_t time_ns) {
   tally_.OnSent(byte, time_ns);
   if (!modem_) {

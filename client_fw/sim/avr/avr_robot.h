@@ -81,6 +81,10 @@ class AvrRobot final : public MobileRobot {
   }
   /// Disconnects or reconnects the cable to the Pioneer.
   void set_cable(bool connected) { cable_ = connected; }
+  /// The rate of the Pioneer's port from now on.
+  void set_robot_baud(int64_t baud);
+  /// Switches the Pioneer off and on: it has no session, and its port is at 9600 baud.
+  void RestartPioneer();
   /// A byte arrives that nobody has sent.
   void Disturb(AvrMachine::Port port, AvrByteFault fault) {
     machine_.Send(port, 0, machine_.now_ns(), fault);

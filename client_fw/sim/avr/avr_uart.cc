@@ -3,6 +3,7 @@
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 
+#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 
@@ -43,10 +44,22 @@ avr_uart_t* Find(avr_t* avr, char name) {
   throw std::runtime_error(std::string("this AVR has no UART") + name);
 }
 
+// What a receiver at rate `to` reads of a byte sent at rate `from`: it samples in the middle of
+// each of its bits. Bit 8 is the stop bit.
+unsigned Sampled(uint8_t byte, int64_t from, int64_t to) {
+  const unsigned line = byte * 2u | ~0x1FFu;  // start bit, byte, and high from the stop bit on
+  unsigned sampled = 0;
+  for (int64_t bit = 0; bit < 9; ++bit) {
+    const int64_t at = (2 * bit + 3) * from / (2 * to);
+    sampled |= (at > 9 ? 1u : line >> at & 1u) << bit;
+  }
+  return sampled;
+}
+
 }  // namespace
 
-AvrUart::AvrUart(avr_t* avr, char name, int64_t nominal_baud)
-    : avr_(avr), uart_(Find(avr, name)), nominal_baud_(nominal_baud) {
+AvrUart::AvrUart(avr_t* avr, char name, int64_t nominal_baud, bool may_differ)
+    : avr_(avr), uart_(Find(avr, name)), nominal_baud_(nominal_baud), may_differ_(may_differ) {
   const auto io = [avr](uint16_t address) -> auto& {
     return avr->io[AVR_DATA_TO_IO(address)];
   };
@@ -93,7 +106,7 @@ void AvrUart::Request() {
   }
 }
 
-uint8_t& AvrUart::Register(uint16_t address) {
+uint8_t& AvrUart::Register(uint16_t address) const {
   return avr_->data[address];
 }
 
@@ -165,8 +178,10 @@ void AvrUart::WriteControl(avr_t* avr, uint16_t address, uint8_t value, void* se
 uint64_t AvrUart::EndOfSent(avr_t* avr, uint64_t when, void* self) {
   AvrUart& uart = *static_cast<AvrUart*>(self);
   ++uart.counters_.sent;
-  if (uart.on_sent_) {
-    uart.on_sent_(uart.shift_, when);
+  const unsigned seen = uart.SameRate() ? uart.shift_ | 0x100u
+                                        : Sampled(uart.shift_, uart.Baud(), uart.nominal_baud_);
+  if (uart.on_sent_ && (seen & 0x100u) != 0) {
+    uart.on_sent_(static_cast<uint8_t>(seen), when);
   }
   if (!uart.holding_) {
     uart.shifting_ = false;
@@ -211,8 +226,13 @@ void AvrUart::ScheduleArrival() {
 
 uint64_t AvrUart::EndOfReceived(avr_t* avr, uint64_t /*when*/, void* self) {
   AvrUart& uart = *static_cast<AvrUart*>(self);
-  const Arrival arrival = uart.underway_.front();
+  Arrival arrival = uart.underway_.front();
   uart.underway_.pop_front();
+  if (!uart.SameRate()) {
+    const unsigned seen = Sampled(arrival.byte, uart.nominal_baud_, uart.Baud());
+    arrival.byte = static_cast<uint8_t>(seen);
+    arrival.fault = (seen & 0x100u) != 0 ? arrival.fault : AvrByteFault::kNoStopBit;
+  }
   if ((uart.Register(uart.uart_->r_ucsrb) & kReceiverOn) == 0) {
     ++uart.counters_.deaf;
   } else if (uart.received_.size() == kReceiveBuffer) {
@@ -229,19 +249,29 @@ uint64_t AvrUart::EndOfReceived(avr_t* avr, uint64_t /*when*/, void* self) {
 }
 
 // At the firmware's setting, which is read for every byte.
-uint64_t AvrUart::CyclesPerByte() {
+uint64_t AvrUart::CyclesPerBit() const {
   const uint64_t divisor =
       1u + (Register(uart_->ubrrl.reg) | (static_cast<uint32_t>(Register(uart_->ubrrh.reg)) << 8));
-  const uint64_t samples = (Register(uart_->r_ucsra) & kDoubleSpeed) != 0 ? 8 : 16;
-  const auto baud = static_cast<int64_t>(avr_->frequency / (samples * divisor));
-  const int64_t difference = baud > nominal_baud_ ? baud - nominal_baud_ : nominal_baud_ - baud;
-  if (difference * 100 > nominal_baud_ * kTolerancePercent) {
-    Fail("is set to " + std::to_string(baud) + " baud instead of " + std::to_string(nominal_baud_));
+  return ((Register(uart_->r_ucsra) & kDoubleSpeed) != 0 ? 8 : 16) * divisor;
+}
+
+int64_t AvrUart::Baud() const {
+  return static_cast<int64_t>(avr_->frequency / CyclesPerBit());
+}
+
+bool AvrUart::SameRate() const {
+  return std::abs(Baud() - nominal_baud_) * 100 <= nominal_baud_ * kTolerancePercent;
+}
+
+uint64_t AvrUart::CyclesPerByte() {
+  if (!may_differ_ && !SameRate()) {
+    Fail("is set to " + std::to_string(Baud()) + " baud instead of " +
+         std::to_string(nominal_baud_));
   }
   if (Register(uart_->r_ucsrc) != kEightNoneOne || (Register(uart_->r_ucsrb) & kNineBits) != 0) {
     Fail("is not set to eight bits, no parity, one stop bit");
   }
-  return kBitsAByte * samples * divisor;
+  return kBitsAByte * CyclesPerBit();
 }
 
 void AvrUart::Fail(const std::string& what) {

@@ -14,10 +14,12 @@
 // Bytes that come in closer than a byte lasts at the nominal rate are delayed to that distance, as
 // by a wire: the caller may deliver a whole block at once.
 //
-// Time is in cycles of the AVR. The firmware's divisor is compared with the nominal rate at every
-// byte; more than 2 % off, or another format than 8N1, is an error(), as is a byte written to a
-// transmitter that is full. Belongs to the AvrMachine; one thread. Source: ATmega1284P data sheet
-// (8272G), chapter 19.
+// Time is in cycles of the AVR. The firmware's divisor is compared with the peer's rate at every
+// byte. More than 2 % off is an error(); with `may_differ`, the byte is then what the receiver's
+// samples find on the line, as long as the byte lasts there and idle after it: another byte, or
+// without a stop bit. To the peer such a one is lost; the firmware has a framing error. Errors too
+// are another format than 8N1, and a byte written to a transmitter that is full. Belongs to the
+// AvrMachine; one thread. Source: ATmega1284P data sheet (8272G), chapter 19.
 #pragma once
 
 #include <cstdint>
@@ -49,9 +51,12 @@ class AvrUart {
  public:
   /// Takes over UART `name` ('0' or '1') of `avr`, which must outlive it. Throws std::runtime_error
   /// if the chip has none.
-  AvrUart(avr_t* avr, char name, int64_t nominal_baud);
+  AvrUart(avr_t* avr, char name, int64_t nominal_baud, bool may_differ = false);
   AvrUart(const AvrUart&) = delete;
   AvrUart& operator=(const AvrUart&) = delete;
+
+  /// The peer's rate from now on.
+  void set_nominal_baud(int64_t baud) { nominal_baud_ = baud; }
 
   /// Called with each byte sent and the cycle at which its stop bit ended.
   void set_on_sent(std::function<void(uint8_t, uint64_t)> on_sent) {
@@ -85,16 +90,20 @@ class AvrUart {
   static uint64_t EndOfSent(avr_t* avr, uint64_t when, void* self);
   static uint64_t EndOfReceived(avr_t* avr, uint64_t when, void* self);
 
-  uint8_t& Register(uint16_t address);
+  uint8_t& Register(uint16_t address) const;
   void ScheduleArrival();
   void ShowFaults();
   void Request();
+  uint64_t CyclesPerBit() const;
   uint64_t CyclesPerByte();
+  bool SameRate() const;
+  int64_t Baud() const;
   void Fail(const std::string& what);
 
   avr_t* avr_;
   avr_uart_t* uart_;
   int64_t nominal_baud_;
+  bool may_differ_;
   std::function<void(uint8_t, uint64_t)> on_sent_;
   AvrUartCounters counters_;
   std::string error_;

@@ -73,6 +73,7 @@ class HostPioneerRobot final : public MobileRobot {
       commands.Put(byte, now_ns);
       return true;
     }
+    static void set_robot_rate(uint8_t /*number*/) {}
 
     SerialLine commands;  // to the Pioneer
     SerialLine reports;   // from it
