@@ -51,47 +51,6 @@ TEST(PioneerTest, WaitsASecondForEachEchoAndThenClosesAndBeginsAgain) {
   EXPECT_FALSE(harness.pioneer.known());
 }
 
-TEST(PioneerTest, EachSync0WithoutAnAnswerIsFollowedByCloseAndSync0AtTheNextRate) {
-  PioneerHarness harness;
-  harness.on = false;
-  for (int rate = 0; rate < 600; ++rate) {  // it wraps
-    harness.heard.clear();
-    for (const Heard& wanted : rate == 0 ? Commands{kSync0} : Commands{kClose, kSync0}) {
-      ASSERT_TRUE(harness.RunUntilHeard());
-      EXPECT_EQ(wanted, harness.heard.back());
-      EXPECT_EQ(rate % 256, harness.pioneer.rate());
-    }
-  }
-}
-
-TEST(PioneerTest, TheRateRemainsInASessionAndAtFirstAfterIt) {
-  PioneerHarness harness;
-  harness.on = false;
-  harness.Run(2300);
-  harness.on = true;
-  harness.Connect();
-  EXPECT_EQ(2, harness.pioneer.rate());
-  harness.open = false;  // and no SIPs
-  ASSERT_TRUE(harness.RunUntilHeard(10'000));
-  for (uint32_t ms = 0; ms < kPioneerSilenceMs + kAfterCloseMs && !harness.pioneer.known(); ++ms) {
-    harness.Step();
-    EXPECT_EQ(2, harness.pioneer.rate());
-  }
-}
-
-TEST(PioneerTest, ASessionOfAnotherProgramIsClosedAtItsRate) {
-  PioneerHarness harness;
-  harness.on = false;
-  harness.Run(1300);
-  ASSERT_EQ(1, harness.pioneer.rate());
-  harness.on = true;
-  harness.synced = 3;
-  harness.open = true;
-  harness.Connect();
-  EXPECT_EQ(1, harness.closed);
-  EXPECT_EQ(1, harness.pioneer.rate());
-}
-
 TEST(PioneerTest, RecoversFromAnyLostEcho) {
   for (int sync = 0; sync < 3; ++sync) {
     PioneerHarness harness;
