@@ -103,14 +103,21 @@ inline Bytes NaiveReadCoded(uint8_t id, const Bytes& code, size_t rows) {
   for (size_t i = 0; i < 8 * rows; ++i) {
     body.push_back(lines[i % rows][i / rows]);
   }
+  // A ROUND's length follows from its sixth byte; if it is signed, six bytes follow its DATA.
+  const size_t plain = 6 + size_t{4} * (body[7] % 16u) + body[7] / 16u;
   const size_t of_hello = rows == 5 ? 34 : 15 + 5;
-  const size_t data = id == 0xFF ? 6 + size_t{4} * (body[7] % 16u) + body[7] / 16u : of_hello;
-  if (data + 2 > 8 * rows) {
-    return {};
+  const std::vector<size_t> lengths =
+      id == 0xFF ? std::vector<size_t>{plain, plain + 6} : std::vector<size_t>{of_hello};
+  for (const size_t data : lengths) {
+    if (data + 2 > 8 * rows) {
+      break;
+    }
+    const Bytes read(body.begin(), body.begin() + static_cast<std::ptrdiff_t>(2 + data));
+    if (NaiveCrc16(read) == body[2 + data] + 256u * body[3 + data]) {
+      return read;
+    }
   }
-  const unsigned sent = body[2 + data] + 256u * body[3 + data];
-  body.resize(2 + data);
-  return NaiveCrc16(body) == sent ? body : Bytes{};
+  return {};
 }
 
 struct TimedByte {
