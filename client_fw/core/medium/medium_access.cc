@@ -23,10 +23,14 @@ PHEROMONE_OUTLINED uint16_t Sum(uint16_t a, uint16_t b) {
   return b < UINT16_MAX - a ? static_cast<uint16_t>(a + b) : UINT16_MAX;
 }
 
-// The answer to a second HELLO, of any robot: its bytes, and where it tells the slot.
-constexpr uint8_t kSignedHelloAnswer =
-    4 + protocol::SizeOf<protocol::HelloAnswer>().least + protocol::kSignature;
+// The bytes of an answer to HELLO, of any robot, and where it tells the slot.
+constexpr uint8_t kHelloAnswerSize = 4 + protocol::SizeOf<protocol::HelloAnswer>().least;
 constexpr uint8_t kHelloSlotAt = 2 + protocol::OffsetOf(&protocol::HelloAnswer::slot_ms);
+
+bool TellsSlot(uint8_t answer_size) {
+  return answer_size == kHelloAnswerSize ||
+         (protocol::kHasSigning && answer_size == kHelloAnswerSize + protocol::kSignature);
+}
 
 // Whether the server answers this client's request, so that the channel is not free yet.
 bool OpensWindow(uint8_t opcode) {
@@ -127,8 +131,7 @@ void MediumAccess::OnFrame() {
   }
   state_.census.Hear(id);
   // Among others who know the slot, one that does not would hardly ever get to say HELLO.
-  if (protocol::kHasSigning && opcode == protocol::kHelloAnswer &&
-      state_.parser.size() == kSignedHelloAnswer) {
+  if (opcode == protocol::kHelloAnswer && TellsSlot(state_.parser.size())) {
     rounds_.TellSlot(state_.parser.body()[kHelloSlotAt]);
     ChooseSlotMs();
   }

@@ -126,7 +126,7 @@ TEST_F(MediumAccessTest, AFrameOfAnotherOpensAWindowForItsAnswer) {
 }
 
 // Its own slots of 20 ms would leave a newcomer no room among those of the others.
-TEST_F(MediumAccessTest, TheAnswerToTheSecondHelloOfAnotherTellsTheSlotUntilOurOwnDoes) {
+TEST_F(MediumAccessTest, TheAnswerToTheHelloOfAnotherTellsTheSlotUntilOurOwnDoes) {
   protocol::HelloAnswer answer;
   answer.id = 9;
   answer.slot_ms = 5;
@@ -137,14 +137,17 @@ TEST_F(MediumAccessTest, TheAnswerToTheSecondHelloOfAnotherTellsTheSlotUntilOurO
     sent.length = static_cast<uint8_t>(sent.length + added);
     Hear(FrameOf(sent));
   };
-  medium_.Tune(0, 0);
-  hear(0);
-  EXPECT_EQ(medium_.state().slot_ms, 20) << "unsigned";
-  hear(protocol::kSignature);
-  EXPECT_EQ(medium_.state().slot_ms, 5);
-  medium_.Tune(kSlotMs, kWindowMs);
-  hear(protocol::kSignature);
-  EXPECT_EQ(medium_.state().slot_ms, kSlotMs);
+  for (const uint8_t added : {uint8_t{0}, protocol::kSignature}) {
+    medium_.Tune(0, 0);
+    hear(protocol::kSignature + 1);
+    EXPECT_EQ(medium_.state().slot_ms, 20) << "another message";
+    hear(added);
+    EXPECT_EQ(medium_.state().slot_ms, 5);
+    medium_.Tune(kSlotMs, kWindowMs);
+    hear(added);
+    EXPECT_EQ(medium_.state().slot_ms, kSlotMs);
+    medium_ = MediumAccess(Ours());
+  }
 }
 
 TEST_F(MediumAccessTest, TheAnswerEndsTheWindow) {
