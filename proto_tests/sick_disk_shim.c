@@ -1,10 +1,11 @@
-/* Plays a disk that is stuck, or full, for a program that is started with
+/* Plays a disk that is stuck, slow, or full, for a program that is started with
  *
  *   LD_PRELOAD=build/release/tests/libsick_disk_shim.so SICK_DISK=FOLDER pheromoned ...
  *
  * While there is a file FOLDER/stuck, nothing is synced: fsync and fdatasync wait until it has
- * gone. While there is FOLDER/full, files take nothing more: ENOSPC, also for what was reserved, as
- * on a file system that copies on write. What is open as standard output or error is spared.
+ * gone. While there is FOLDER/slow, each of these takes 300 ms. While there is FOLDER/full, files
+ * take nothing more: ENOSPC, also for what was reserved, as on a file system that copies on write.
+ * What is open as standard output or error is spared.
  *
  * Everything else goes to the system as it is. */
 #define _GNU_SOURCE
@@ -29,6 +30,10 @@ static int Is(const char* what) {
 
 static void WaitWhileStuck(void) {
   const struct timespec moment = {0, 1000000};
+  const struct timespec slow = {0, 300000000};
+  if (Is("slow")) {
+    nanosleep(&slow, NULL);
+  }
   while (Is("stuck")) {
     nanosleep(&moment, NULL);
   }

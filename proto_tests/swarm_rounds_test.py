@@ -3,7 +3,8 @@
 
 The robots leave trails, so that each answer waits for the journal. Their channel and its modems are
 simulated; the daemon's end is a pty with medium_access = true. For a while the daemon freezes: every
-robot must get answers again, and everything must end in an orderly way. Nothing is asserted about
+robot must get answers again, and everything must end in an orderly way. While the journal's disk is
+stuck, every robot must go on getting answers. Nothing is asserted about
 how fast any of this happens.
 
 Usage: swarm_rounds_test.py BIN_DIR
@@ -86,6 +87,30 @@ def serves_eight_robots_in_rounds(bin_dir, folder):
     check_answers(folder / "out")
 
 
+def answers_while_the_disk_is_stuck(bin_dir, folder):
+    (folder / "test.toml").write_text(CONFIG.replace("tau_s = 30.0", "tau_s = 0") + LINK)
+    scenario = folder / "scenario.toml"
+    scenario.write_text(SCENARIO.replace("duration_s = 15", "duration_s = 3600"))
+    daemon = OperatedDaemon(bin_dir, folder, SICK_DISK=str(folder), LD_PRELOAD=str(
+        bin_dir.parent / "tests" / "libsick_disk_shim.so"))
+    swarm = None
+    try:
+        swarm = Swarm(bin_dir, scenario, [str(folder / "radio-a.pty")], folder / "out",
+                      "--medium-access")
+        swarm.read_until(all_of, "every robot gets answers")
+        (folder / "stuck").touch()
+        for _ in range(3):
+            swarm.read_until(all_of, "every robot gets answers while the disk is stuck")
+        (folder / "stuck").unlink()
+        swarm.read_until(all_of, "every robot gets answers again")
+        swarm.finish(stop=True)
+        daemon.stop()
+    finally:
+        (folder / "stuck").unlink(missing_ok=True)
+        end_processes(swarm, daemon)
+    check_answers(folder / "out")
+
+
 def recovers_from_a_daemon_that_freezes(bin_dir, folder):
     (folder / "test.toml").write_text(CONFIG.replace("tau_s = 30.0", "tau_s = 0") + LINK)
     scenario = folder / "scenario.toml"
@@ -110,7 +135,8 @@ def recovers_from_a_daemon_that_freezes(bin_dir, folder):
 
 
 if __name__ == "__main__":
-    for test in (serves_eight_robots_in_rounds, recovers_from_a_daemon_that_freezes):
+    for test in (serves_eight_robots_in_rounds, answers_while_the_disk_is_stuck,
+                 recovers_from_a_daemon_that_freezes):
         with tempfile.TemporaryDirectory() as temporary:
             test(pathlib.Path(os.path.abspath(sys.argv[1])), pathlib.Path(temporary))
     print("ok")

@@ -135,9 +135,9 @@ void Conversation::Retry() {
     GiveUp();
   } else {
     // Air loses answers, so there the change is repeated once before it counts as waiting; a
-    // buffered link does not.
+    // buffered link does not, and a modem behind one would have too little time for both.
     if (RequestPending() &&
-        (attempt_ != 0 || query_ != Query::kNone || (kHasAdapters && resync_))) {
+        (attempt_ != 0 || query_ != Query::kNone || (kHasAdapters && parameters().buffered_link))) {
       query_ = Query::kDue;
     }
     ++attempt_;

@@ -27,11 +27,12 @@ int64_t DurableAt(int64_t read_ns) {
 }
 
 struct Outcome {
-  uint32_t stops = 0;    // by the fail-safe
-  uint32_t answers = 0;  // by which robots steer, while the log is stuck
+  uint32_t slow_stops = 0;   // by the fail-safe, in 10 s
+  uint32_t stuck_stops = 0;  // in 3 s, and the 7 s after that
+  uint32_t answers = 0;      // by which robots steer, while the log is stuck
 };
 
-Outcome WithASlowLog(int robots, bool rounds) {
+Outcome WithASlowLog(int robots, bool rounds, int seed = 0) {
   ChannelTiming timing;
   SimulationConfig config;
   config.engine = EngineConfigOf(PathExperiment{});
@@ -40,9 +41,11 @@ Outcome WithASlowLog(int robots, bool rounds) {
   config.server.durable_at = DurableAt;
   for (int i = 0; i < robots; ++i) {
     RobotConfig robot = StandingRobot(i);
+    robot.client.boot_counter = static_cast<uint16_t>(7 + i + 50 * seed);
     robot.client.rounds = rounds;
+    robot.client.buffered_link = !rounds;  // as pheromone-robot's
     robot.client.lay_trail = true;
-    robot.power_on_ms = int64_t{61} * i;
+    robot.power_on_ms = int64_t{61} * i + int64_t{13} * seed * (i + 1);
     config.robots.push_back(robot);
   }
   Simulation simulation(config);
@@ -58,28 +61,60 @@ Outcome WithASlowLog(int robots, bool rounds) {
   simulation.RunTo(kSlowFromMs);
   const uint32_t stops_before = FailSafeStops(simulation);
   simulation.RunTo(kStuckFromMs);
+  outcome.slow_stops = FailSafeStops(simulation) - stops_before;
   const uint32_t answers_before = answers();
   simulation.RunTo(kStuckToMs);
   outcome.answers = answers() - answers_before;
   simulation.RunTo(kEndMs);
-  outcome.stops = FailSafeStops(simulation) - stops_before;
+  outcome.stuck_stops = FailSafeStops(simulation) - stops_before - outcome.slow_stops;
   return outcome;
 }
 
 TEST(SlowLog, RobotsThatLayTrailsNeverStopInRounds) {
-  for (const int robots : {2, 4, 6}) {
-    const Outcome outcome = WithASlowLog(robots, true);
-    EXPECT_EQ(outcome.stops, 0u) << robots;
-    EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;  // in 3 s
+  for (const int robots : {2, 3, 4, 5}) {
+    for (int seed = 0; seed < 3; ++seed) {
+      const Outcome outcome = WithASlowLog(robots, true, seed);
+      EXPECT_EQ(outcome.slow_stops, 0u) << robots << ", seed " << seed;
+      EXPECT_EQ(outcome.stuck_stops, 0u) << robots << ", seed " << seed;
+      EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;  // in 3 s
+    }
+  }
+}
+
+// Six robots take the whole channel: they are asked twice as often, or each would have stopped
+// about once in these 10 s.
+TEST(SlowLog, NorDoSixOrSeven) {
+  for (const int robots : {6, 7}) {
+    uint32_t slow_stops = 0;
+    for (int seed = 0; seed < 5; ++seed) {
+      const Outcome outcome = WithASlowLog(robots, true, seed);
+      slow_stops += outcome.slow_stops;
+      EXPECT_EQ(outcome.stuck_stops, 0u) << robots << ", seed " << seed;
+      EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;
+    }
+    EXPECT_LE(slow_stops, 3u) << robots;  // of 300 s and more
   }
 }
 
 TEST(SlowLog, NorWhereTheyContend) {
   for (const int robots : {1, 2}) {
     const Outcome outcome = WithASlowLog(robots, false);
-    EXPECT_EQ(outcome.stops, 0u) << robots;
+    EXPECT_EQ(outcome.slow_stops, 0u) << robots;
+    EXPECT_EQ(outcome.stuck_stops, 0u) << robots;
     EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;
   }
+}
+
+// Three use all of it if each change is made in vain at first.
+TEST(SlowLog, ThreeThatContendSeldomStop) {
+  uint32_t slow_stops = 0;
+  for (int seed = 0; seed < 10; ++seed) {
+    const Outcome outcome = WithASlowLog(3, false, seed);
+    slow_stops += outcome.slow_stops;
+    EXPECT_EQ(outcome.stuck_stops, 0u) << "seed " << seed;
+    EXPECT_GT(outcome.answers, 3 * 6u) << "seed " << seed;
+  }
+  EXPECT_LE(slow_stops, 12u);  // of 300 s; 37 if they repeat a change before they ask
 }
 
 }  // namespace

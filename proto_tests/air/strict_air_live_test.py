@@ -14,6 +14,8 @@ leave trails, so that each answer waits for the journal. Cases:
   measured a pheromone-robot behind an adapter of 16 ms that looks like a UART: it contends once it
            has measured that. With --strict, another one behind a quick adapter that tells nothing:
            it takes turns then
+  sick     six AVR images in rounds while the journal's disk is stuck for 3 s, and three
+           pheromone-robots that contend while each sync takes 300 ms
   keyed    two AVR images and a daemon whose transmitters are keyed by a line; with --strict, for quiet
            machines, no byte may be cut
 
@@ -147,12 +149,7 @@ class Channel:
         await_that(lambda: self.present() >= set(self.ids), "all robots are there")
         before = {robot: self.answers(robot) for robot in self.ids}
         time.sleep(5)
-        before_stops = self.last_stops()
-        stops = set()
-        until = time.monotonic() + seconds
-        while time.monotonic() < until:
-            stops |= self.last_stops() - before_stops
-            time.sleep(0.2)
+        stops = self.new_stops(seconds)
         stops = {robot: sum(stop[0] == robot for stop in stops) for robot in self.ids}
         rates = {}
         for robot in self.ids:
@@ -160,6 +157,18 @@ class Channel:
             rates[robot] = (answers - before[robot][1]) / (at - before[robot][0])
         check(min(rates.values()) > 0, f"{self.name}: a robot has no answers: {rates}")
         return rates, stops
+
+    def new_stops(self, seconds):
+        before = self.last_stops()
+        stops = set()
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            stops |= self.last_stops() - before
+            time.sleep(0.2)
+        return stops
+
+    def stops_in(self, seconds):
+        return len(self.new_stops(seconds))
 
     def quanta(self):
         status, told = self.daemon.call("GET", "/api/v1/field?pheromone=trail")
@@ -341,6 +350,36 @@ def count_once(arguments, damaged, contends):
               "each is on the map once", flush=True)
 
 
+def sick(arguments):
+    for name, how, seconds in (("six AVR images, disk stuck for 3 s", "stuck", 3),
+                               ("three pheromone-robots that contend, 300 ms a sync", "slow",
+                                arguments.seconds)):
+        with Channel(arguments, name) as channel:
+            folder = channel.folder
+            channel.serve(path="radio-a.pty", turnaround_ms=2, environment={
+                "LD_PRELOAD": str(arguments.tests_dir / "libsick_disk_shim.so"),
+                "SICK_DISK": str(folder)})
+            if how == "stuck":
+                channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16", *of_images(folder, 6))
+                channel.images(6, STANDS, LAYS_TRAIL)
+            else:
+                channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16",
+                               *(f"{folder}/modem{robot},adapter=16" for robot in range(1, 4)))
+                channel.attached(*3 * ["ttyUSB"])
+            await_that(lambda: channel.present() >= set(channel.ids), "all robots are there")
+            well = channel.stops_in(10)
+            (folder / how).touch()
+            ill = channel.stops_in(seconds)
+            (folder / how).unlink()
+            after = channel.stops_in(10)
+            made = channel.quanta()
+            await_that(lambda: channel.quanta() > made, "changes are made again")
+            channel.finish()
+            load = pathlib.Path("/proc/loadavg").read_text(encoding="ascii").split()[0]
+            print(f"{name}: {ill} fail-safe stops in these {seconds:g} s, {well} in 10 s before and "
+                  f"{after} after; load {load}", flush=True)
+
+
 def keyed(arguments):
     name = "two AVR images and a daemon, keyed by a line (40 ms to rise, 10 ms to leave)"
     with Channel(arguments, name) as channel:
@@ -366,7 +405,7 @@ def keyed(arguments):
 
 
 CASES = {"damage": damage, "mixed": mixed, "contend": contend, "measured": measured, "once": once,
-         "keyed": keyed}
+         "keyed": keyed, "sick": sick}
 
 
 def main():

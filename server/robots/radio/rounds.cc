@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 // The robots' clocks have steps of a millisecond, and their loops take a part of one.
 constexpr Duration kGuard = 1250us;
-// Robots that are due this soon are asked in the same round.
+// Robots that are due this soon, or before the round is over, are asked in the same one.
 constexpr Duration kTogether = 20ms;
 constexpr size_t kMostFrameBytes = 32;
 constexpr size_t kLeastFrameBytes = 15;  // SENSE, with one byte stuffed
@@ -29,6 +29,7 @@ constexpr double kAccident = 0.001;
 constexpr int kLeastPatience = 4;
 constexpr int kMostPatience = 24;
 constexpr int kLongestWait = 10;  // periods
+constexpr int kInTime = 6;        // requests, after one that was told busy
 constexpr Duration kForgotten = 30s;
 constexpr Duration kOtherIsPresent = 5s;
 constexpr Duration kTheirAdapter = 16ms;
@@ -248,6 +249,14 @@ Time Rounds::NextRound() const {
   return std::max(end, last + options_.timing.processing);
 }
 
+// A change that waits for the log is told busy. Its answer is old when it comes.
+void Rounds::CountLate(const Turn& turn, Robot* robot) {
+  protocol::ErrorAnswer error;
+  const bool waits =
+      !turn.answer || (Decode(*turn.answer, &error) && error.reason == protocol::Reason::kBusy);
+  robot->late = waits ? kInTime : std::max(0, robot->late - 1);
+}
+
 // Who was heard in the last round, and when each is due again.
 void Rounds::CountTurns(Time now) {
   for (const Turn& turn : turns_) {
@@ -262,7 +271,11 @@ void Rounds::CountTurns(Time now) {
     Robot& robot = found->second;
     if (request != turns_.end()) {
       robot.more_bytes = 0;
-      robot.due = std::max(robot.due + robot.period, *request->heard);  // nothing is caught up
+      CountLate(*request, &robot);
+      // Only every second answer is one to steer by while changes are late: twice as many are due,
+      // or the robot would stop where two of its periods are longer than its fail-safe.
+      const Duration period = robot.late != 0 ? robot.period / 2 : robot.period;
+      robot.due = std::max(robot.due + period, *request->heard);  // nothing is caught up
       CountHeard(&robot);
     } else if (turn.damaged) {
       CountHeard(&robot);  // it is there, and still due
@@ -306,9 +319,12 @@ void Rounds::CountMissed(Robot* robot, Time now) {
 std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   std::vector<std::pair<Time, uint8_t>> due;
   bool any = false;
+  // Who is left out waits until this round is over.
+  const auto turns = static_cast<int64_t>(std::min(robots_.size(), most));
+  const Duration together = std::max(kTogether, turns * turn_);
   for (const auto& [id, robot] : robots_) {
     any |= robot.due <= now;
-    if (robot.due <= now + kTogether) {
+    if (robot.due <= now + together) {
       due.emplace_back(robot.due, id);
     }
   }
@@ -317,9 +333,9 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   }
   std::sort(due.begin(), due.end());
   const size_t rounds = (due.size() + most - 1) / most;
-  const size_t turns = (due.size() + rounds - 1) / rounds;
+  const size_t share = (due.size() + rounds - 1) / rounds;
   std::vector<uint8_t> chosen;
-  for (size_t i = 0; i < turns; ++i) {
+  for (size_t i = 0; i < share; ++i) {
     chosen.push_back(due[i].second);
   }
   // Two robots that do not hear each other lose time if one follows the other: not always the same.

@@ -113,6 +113,7 @@ class Rounds {
     size_t frame_bytes = 0;       ///< its longest frame lately; 0: unknown
     int shorter = 0;              ///< how many since were shorter
     size_t more_bytes = 0;        ///< what it may have lacked in the turns that it missed
+    int late = 0;                 ///< requests in time until its answers count as in time
   };
   struct Turn {
     uint8_t id = 0;
@@ -129,6 +130,7 @@ class Rounds {
   void CountHeard(Robot* robot);
   void CountMissed(Robot* robot, Time now);
   void CountTurns(Time now);
+  static void CountLate(const Turn& turn, Robot* robot);
   std::vector<uint8_t> Choose(Time now, size_t most);
   size_t GiveTurns(Time now, std::vector<uint8_t> acks);
   uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);

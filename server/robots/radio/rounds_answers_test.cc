@@ -213,5 +213,26 @@ TEST_F(RoundsTest, AnAnswerThatTakesTooLongIsLeftToTheNextRequest) {
   }
 }
 
+// Nothing answers a TRACE here: the log is stuck. A SENSE between two of them is answered.
+TEST_F(RoundsTest, WhoseChangesWaitIsAskedTwiceAsOften) {
+  Join(1, 2, 400ms);
+  bool asks = false;
+  air_.in_turn[1] = [&asks]() -> std::optional<protocol::Message> {
+    asks = !asks;
+    return asks ? Sense(1) : MessageOf(protocol::TraceRequest{1, 1, false, 5, {0, 0, 0}});
+  };
+  air_.AdvanceTo(air_.now() + 2s);
+  Time from = air_.now();
+  air_.AdvanceTo(from + 20s);
+  EXPECT_NEAR(static_cast<double>(TurnsOf(1, from)), 100.0, 5.0);
+  EXPECT_NEAR(static_cast<double>(TurnsOf(2, from)), 50.0, 3.0);
+
+  air_.in_turn[1] = [] { return Sense(1); };
+  air_.AdvanceTo(air_.now() + 3s);
+  from = air_.now();
+  air_.AdvanceTo(from + 20s);
+  EXPECT_NEAR(static_cast<double>(TurnsOf(1, from)), 50.0, 3.0);
+}
+
 }  // namespace
 }  // namespace pheromone::radio
