@@ -8,11 +8,10 @@
 //   }
 //
 // The bytes of a frame follow each other on the air without gaps. So of the i-th byte of a frame,
-// read at t_i, t_i - i * B is when it was late (B: ten bits), up to a constant of the frame: the
-// longest of these less the shortest is the time by which the adapter holds bytes back. It is
-// never more than that, beside what this computer adds, and 16 ms of a lazy FTDI look like 15 or
-// so. (pheromonectl modem has the same figure from bytes that it has sent itself.) What delays all
-// bytes alike is not seen.
+// read at t_i, t_i - i * B is by how much it was late (B: ten bits), up to a constant of the frame.
+// The greatest of these less the least is measured: at most the time for which the adapter holds
+// bytes back, plus what this computer adds, and at least that less a byte. (pheromonectl modem has
+// the same figure from bytes that it has sent itself.) What delays all bytes alike is not seen.
 //
 // It judges by 40 frames at a time, by the time that 3 in 4 of them do not exceed, so that
 // this computer may be late now and then. A quick adapter becomes a lazy one at once; a lazy one
