@@ -4,11 +4,11 @@
 //   avr_live IMAGE MODEM [ID [PTT [SETTING=VALUE...]]]
 //
 // ID: of the straps. PTT: a FIFO, into which a '1' goes when the line rises, a '0' when it falls;
-// "-": none. SETTING: a number of client_fw/README.md.
+// "-": none. SETTING: a number of client_fw/README.md; or key, whose value is the robot's in hex.
 //
 // Prints a line every half second, "x_m y_m degrees" and how many bytes the radio has sent and
-// received, until SIGTERM or SIGINT, and ends with status 0 then. SIGUSR1 is the reset pin. Another
-// status, and a reason, if the image or the terminal fails.
+// received, until SIGTERM or SIGINT, and ends with status 0 then. SIGUSR1 is the reset pin, SIGUSR2
+// a loss of power. Another status, and a reason, if the image or the terminal fails.
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <termios.h>
@@ -40,6 +40,7 @@ constexpr int64_t kLineNs = 500'000'000;
 
 volatile std::sig_atomic_t stop_requested = 0;
 volatile std::sig_atomic_t reset_requested = 0;
+volatile std::sig_atomic_t power_loss_requested = 0;
 
 void OnStopSignal(int /*signal*/) {
   stop_requested = 1;
@@ -47,6 +48,10 @@ void OnStopSignal(int /*signal*/) {
 
 void OnResetSignal(int /*signal*/) {
   reset_requested = 1;
+}
+
+void OnPowerLossSignal(int /*signal*/) {
+  power_loss_requested = 1;
 }
 
 std::runtime_error Failure(const std::string& what) {
@@ -91,6 +96,17 @@ void Set(const std::string& assignment, client::Settings* settings) {
   }
 }
 
+std::vector<uint8_t> KeyOf(const std::string& hex) {
+  std::vector<uint8_t> key;
+  for (size_t i = 0; i + 1 < hex.size(); i += 2) {
+    key.push_back(static_cast<uint8_t>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+  }
+  if (key.size() != protocol::kAesBlock) {
+    throw std::runtime_error(hex + ": expected a key, 32 hexadecimal digits");
+  }
+  return key;
+}
+
 // PTT on FIFO. The reader may be late, or gone.
 void TellPtt(const std::string& path, sim::AvrMachine* machine) {
   const int fd = open(path.c_str(), O_RDWR | O_NONBLOCK);
@@ -114,10 +130,18 @@ void Run(const std::vector<std::string>& words) {
   }
   client::Settings settings;
   settings.start_released = true;  // nobody is there to release it
+  std::vector<uint8_t> key;
   for (size_t i = 4; i < words.size(); ++i) {
-    Set(words[i], &settings);
+    if (words[i].starts_with("key=")) {
+      key = KeyOf(words[i].substr(4));
+    } else {
+      Set(words[i], &settings);
+    }
   }
   config.eeprom = sim::AvrEepromWith(settings, static_cast<uint16_t>(1 + id));
+  if (!key.empty()) {
+    sim::GiveAvrKey(key.data(), &config.eeprom);
+  }
   sim::AvrMachine machine(config);
   machine.SetPin(sim::AvrBoardPins{}.carrier, true);
   if (words.size() > 3 && words[3] != "-") {
@@ -137,6 +161,10 @@ void Run(const std::vector<std::string>& words) {
     if (reset_requested != 0) {
       reset_requested = 0;
       machine.Reset(sim::AvrMachine::Cause::kExternal);
+    }
+    if (power_loss_requested != 0) {
+      power_loss_requested = 0;
+      machine.Reset(sim::AvrMachine::Cause::kPowerOn);
     }
     if (!bridge.Step(now_ns)) {
       throw std::runtime_error(words[1] + " is gone");
@@ -167,6 +195,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, &pheromone::firmware::OnStopSignal);
   std::signal(SIGINT, &pheromone::firmware::OnStopSignal);
   std::signal(SIGUSR1, &pheromone::firmware::OnResetSignal);
+  std::signal(SIGUSR2, &pheromone::firmware::OnPowerLossSignal);
   try {
     pheromone::firmware::Run({argv + 1, argv + argc});
   } catch (const std::exception& error) {
