@@ -73,10 +73,11 @@ class AirQuality {
       return form_;
     }
     const bool may_be_better = form_ == RoundForm::kCoded || plain < 0;
-    if (++rounds_ < (trial_is_good_ ? interval_ / 4 : interval_) || !may_be_better) {
+    if (++rounds_ < (trial_is_good_ ? interval_ / 16 : interval_) || !may_be_better) {
       return form_;
     }
-    rounds_ = 0;
+    // Not always after as many rounds, or it would be the turns of always the same robots.
+    rounds_ = -(++trials_ % 4);
     trial_is_good_ = true;  // until one of its turns is not used
     return other;
   }
@@ -98,6 +99,7 @@ class AirQuality {
   int interval_ = kTrialInterval;
   int since_change_ = kRarest;  // rounds
   int rounds_ = 0;              // since the last trial
+  int trials_ = 0;
   bool trial_is_good_ = false;
 };
 

@@ -106,7 +106,30 @@ TEST(AirQualityTest, DoesNotOscillate) {
 TEST(AirQualityTest, WhileCodedTriesPlainOnesNowAndThen) {
   Swarm swarm(8);
   swarm.Run(500, Same(0.5, 0.02));
-  EXPECT_NEAR(swarm.Run(6400, Same(0.5, 0.02)), 6300, 1);
+  EXPECT_NEAR(swarm.Run(6400, Same(0.5, 0.02)), 6304, 2);  // each 64 to 67 rounds
+}
+
+// Of robots that share the rounds in two, three or four groups, all are tried.
+TEST(AirQualityTest, TriesEachGroupOfRobots) {
+  for (const size_t groups : {2u, 3u, 4u}) {
+    AirQuality air;
+    std::vector<Reception> receptions(groups);
+    std::vector<int> tried(groups);
+    for (size_t round = 0; round < 3000; ++round) {
+      const RoundForm form = air.Choose([&](const auto& use) {
+        for (const Reception& reception : receptions) {
+          use(reception);
+        }
+      });
+      const size_t group = round % groups;
+      tried[group] += form != air.form() ? 1 : 0;
+      air.Count(form, form == RoundForm::kCoded, &receptions[group]);
+    }
+    EXPECT_EQ(air.form(), RoundForm::kCoded);
+    for (const int trials : tried) {
+      EXPECT_GE(trials, 5) << groups;
+    }
+  }
 }
 
 // The product over all counts: for eight robots the cost is smaller than what one gains, for a
