@@ -60,7 +60,9 @@ TEST(LabLevels, OnTheAirAnswersAndStopsAreThoseOfTheRobots) {
   const lab::Heard heard = MeasuredOnAir(scenario, record).tally.heard;
   EXPECT_EQ(heard.answers, answers);
   EXPECT_GT(stops, 100u);
-  EXPECT_NEAR(static_cast<double>(heard.fail_safe_stops), static_cast<double>(stops), 2);
+  // A gap that is a millisecond or two longer than the fail-safe time need not be a stop.
+  const auto counted = static_cast<double>(stops);
+  EXPECT_NEAR(static_cast<double>(heard.fail_safe_stops), counted, counted / 50);
 }
 
 }  // namespace

@@ -155,26 +155,34 @@ class Recording:
 
     def _answered(self) -> Iterator[tuple[int, str, int, Message, int | None, int | None]]:
         """The requests of SENSE, TRACE and DEPOSIT that were answered, with the intensities."""
-        asked: dict[tuple[str, int, str], Message] = {}  # the last ones, by service
+        asked: dict[tuple[str, int], Message] = {}  # the last ones
+        waiting: dict[tuple[str, int, str], list[tuple[int, Message]]] = {}  # and those by service
         rounds: dict[str, Message] = {}
         for time_ns, link, robot, message in self:
             name, fields = message.name, message.fields
             if name in ("SENSE", "SENSE_WIDE", "TRACE", "TRACE_WIDE", "DEPOSIT") and robot:
-                asked[link, robot, name] = message
-                asked[link, robot, ""] = message
+                asked[link, robot] = message
+                queue = waiting.setdefault((link, robot, name), [])
+                # Several may have come at once. Without a number, an earlier one is not answered.
+                if queue and ("seq" not in fields and queue[0][0] != time_ns or len(queue) == 16):
+                    queue.clear()
+                queue.append((time_ns, message))
             elif name == "ROUND":
                 before = rounds.get(link)
                 rounds[link] = message
                 if before and (before.fields["number"] + 1) % 256 == fields["number"]:
                     for turn, (left, right) in zip(before.fields["turns"], fields["answers"]):
-                        request = asked.get((link, turn, ""))
+                        request = asked.get((link, turn))
                         if left != NO_INTENSITIES and request:
                             yield time_ns, link, turn, request, left, right
             elif name.endswith("_ANSWER") and robot:
-                request = asked.get((link, robot, name[:-len("_ANSWER")]))
-                if request and all(request.fields.get(key, fields[key]) == fields[key]
-                                   for key in ("type", "seq") if key in fields):
-                    yield time_ns, link, robot, request, fields.get("left"), fields.get("right")
+                queue = waiting.get((link, robot, name[:-len("_ANSWER")]), [])
+                for i, (_, request) in enumerate(queue):
+                    if all(request.fields.get(key, fields[key]) == fields[key]
+                           for key in ("type", "seq") if key in fields):
+                        yield time_ns, link, robot, request, fields.get("left"), fields.get("right")
+                        del queue[:min(i + 1, len(queue) - 1)]  # an answer may come twice
+                        break
 
     def _start(self, kind: int | None, body: bytes) -> None:
         fields = _Fields(body)

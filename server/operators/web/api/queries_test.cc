@@ -92,7 +92,7 @@ TEST_F(QueriesTest, LinksTellUtilisationOnlyWhereTheLineHasALimit) {
   EXPECT_EQ(links[0].at("losses"),
             (json::object{{"stray_bytes", 90}, {"crc_errors", 3}, {"too_many", 4}}));
   EXPECT_EQ(links[0].at("errors"), 7);
-  EXPECT_EQ(links[0].at("revoked"), json::array({8}));
+  EXPECT_EQ(links[0].at("revoked"), json::array{8});
   EXPECT_EQ(links[1].at("revoked"), json::array());
   EXPECT_TRUE(links[0].at("terminal").is_null());
   EXPECT_TRUE(links[1].at("utilisation").is_null());
