@@ -381,10 +381,13 @@ void Rounds::JudgeOpening(Time now) {
   if (!used_) {
     next_opening_ = now + std::min(kQuietInterval * OpeningTime(open_slots_), kLongestClosed);
     width_ = static_cast<uint8_t>(width_ / 2);
-  } else if (in_bad_air()) {
+    return;
+  }
+  if (in_bad_air()) {
     // What is damaged need not have collided: those with turns get two thirds of the time.
     next_opening_ = now + 2 * (now - turns_end_);
-  } else if (collided_) {
+  }
+  if (collided_) {
     const auto most = std::clamp<int64_t>(kWidestOpening / options_.slot, kLeastSlots, kMostSlots);
     width_ = static_cast<uint8_t>(std::min<int64_t>(int64_t{2} * open_slots_, most));
   }
