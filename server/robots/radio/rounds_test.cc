@@ -193,24 +193,48 @@ TEST_F(RoundsTest, InGoodAirRoundsAreCodedOnlyForNewcomers) {
   EXPECT_LT(after.coded - before.coded, open / 2);
 }
 
-TEST_F(RoundsTest, WhereRobotsDoNotReceiveThemRoundsAreCoded) {
-  Join(1, 8, 200ms);
-  uint64_t coded = 0;
-  unsigned turn = 0;
-  bool is_coded = false;
-  uint64_t rounds = 0;
-  for (auto& [id, message] : air_.in_turn) {
-    message = [&, as_id = id]() -> std::optional<protocol::Message> {
-      const RoundCounters counters = air_.channel().counters().rounds;
-      if (counters.rounds != rounds) {
-        is_coded = counters.coded != coded;
-        coded = counters.coded;
-        rounds = counters.rounds;
-      }
-      return is_coded || ++turn % 3 == 0 ? std::optional(Sense(as_id)) : std::nullopt;
-    };
+// Of ROUNDs that are not coded, robots receive every third one.
+class BadAirTest : public RoundsTest {
+ protected:
+  void SetUp() override {
+    Join(1, 8, 200ms);
+    for (auto& [id, message] : air_.in_turn) {
+      message = [this, as_id = id]() -> std::optional<protocol::Message> {
+        return Receives() ? std::optional(Sense(as_id)) : std::nullopt;
+      };
+    }
+    air_.AdvanceTo(air_.now() + 20s);
   }
-  air_.AdvanceTo(air_.now() + 20s);
+
+ private:
+  bool Receives() {
+    const RoundCounters counters = air_.channel().counters().rounds;
+    if (counters.rounds != counters_.rounds) {
+      is_coded_ = counters.coded != counters_.coded;
+      counters_ = counters;
+    }
+    return is_coded_ || ++turn_ % 3 == 0;
+  }
+
+  RoundCounters counters_;
+  bool is_coded_ = false;
+  unsigned turn_ = 0;
+};
+
+TEST_F(BadAirTest, OpeningsWidenWhileNewcomersCollide) {
+  const Time from = air_.now();
+  air_.contenders.assign(20, Hello(99, 200ms));
+  air_.contenders_collide = true;
+  air_.AdvanceTo(from + 60s);
+  ASSERT_TRUE(air_.contenders.empty());
+  int widest = 0;
+  for (const protocol::Round& round : air_.Rounds(from)) {
+    widest = std::max(widest, round.turn_count != 0 ? int{round.open_slots} : 0);
+  }
+  EXPECT_GE(widest, 16);
+}
+
+TEST_F(BadAirTest, WhereRobotsDoNotReceiveThemRoundsAreCoded) {
   const RoundCounters before = air_.channel().counters().rounds;
   air_.AdvanceTo(air_.now() + 20s);
   const RoundCounters after = air_.channel().counters().rounds;

@@ -130,6 +130,8 @@ class Air {
   std::function<bool(uint8_t id)> damages = [](uint8_t) { return false; };
   /// Sent by clients that contend, one in each opening.
   std::deque<protocol::Message> contenders;
+  /// Whether there are always two of them, which nobody understands.
+  bool contenders_collide = false;
   /// Since when the server has not looked what arrived; nothing: it reads each byte at once.
   std::optional<Time> not_read_since;
   /// For how long the server thinks about an answer.
@@ -261,7 +263,7 @@ class Air {
     if (round.open_slots > 1 && !contenders.empty()) {
       HearAt(TurnBegins(sent, round.turn_count) + options_.slot + options_.timing.turnaround +
                  Lasts(contenders.front()),
-             contenders.front());
+             contenders.front(), contenders_collide);
       contenders.pop_front();
     }
   }
