@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <random>
 #include <span>
 
 namespace pheromone::swarm {
@@ -33,6 +34,12 @@ radio::ChannelOptions OptionsOf(const engine::LinkSettings& announced,
 }
 
 }  // namespace
+
+signing::Signing::Random SeededRandom(uint64_t seed) {
+  return [random = std::mt19937_64(seed)](std::span<uint8_t> bytes) mutable {
+    std::generate(bytes.begin(), bytes.end(), [&] { return static_cast<uint8_t>(random()); });
+  };
+}
 
 ServerStation::ServerStation(engine::Service* service, engine::LinkIndex link,
                              const engine::LinkSettings& announced, sim::RadioMedium* medium,

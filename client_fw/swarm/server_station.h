@@ -31,6 +31,9 @@ struct ServerTiming {
   std::function<int64_t(int64_t read_ns)> durable_at{};
 };
 
+/// What a simulated server draws nonces and keys from.
+signing::Signing::Random SeededRandom(uint64_t seed);
+
 class ServerStation final : public sim::Station {
  public:
   /// The server's modem joins `medium` as its next station, for the engine's link `link`, which

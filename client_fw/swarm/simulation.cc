@@ -3,20 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cstdint>
-#include <random>
-#include <span>
 
 namespace pheromone::swarm {
 namespace {
 
 constexpr uint16_t kEpoch = 1;
-
-// Of a simulation, so repeatable.
-signing::Signing::Random RandomBytes(uint64_t seed) {
-  return [random = std::mt19937_64(seed)](std::span<uint8_t> bytes) mutable {
-    std::generate(bytes.begin(), bytes.end(), [&] { return static_cast<uint8_t>(random()); });
-  };
-}
 
 }  // namespace
 
@@ -34,7 +25,7 @@ Simulation::Simulation(const SimulationConfig& config)
   swarm_.emplace(Signed(config), [&](size_t channel, sim::RadioMedium* medium) {
     if (!keys_.empty()) {
       signing_.emplace_back(signing::Security::kRequire, keys_,
-                            RandomBytes(config.signing_seed + channel));
+                            SeededRandom(config.signing_seed + channel));
     }
     stations_.emplace_back(&service_, static_cast<engine::LinkIndex>(channel),
                            config.engine.links[channel], medium, config.server,

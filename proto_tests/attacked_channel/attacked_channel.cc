@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
-#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -68,12 +66,6 @@ engine::EngineConfig Engine() {
   return config;
 }
 
-signing::Signing::Random RandomBytes(uint64_t seed) {
-  return [random = std::mt19937_64(seed)](std::span<uint8_t> bytes) mutable {
-    std::generate(bytes.begin(), bytes.end(), [&] { return static_cast<uint8_t>(random()); });
-  };
-}
-
 engine::Engine Reloaded(const engine::Service& service) {
   ByteWriter writer;
   service.Inspect([&](const engine::Engine& engine) { engine.Save(&writer); });
@@ -113,7 +105,7 @@ AttackedChannel::Server::Server(AttackedChannel* channel, uint64_t start_ms, eng
   if (channel->options_.is_signed) {
     signing = std::make_unique<signing::Signing>(
         signing::Security::kRequire, channel->keys_,
-        RandomBytes(channel->options_.seed + 1000 * channel->servers_.size()));
+        swarm::SeededRandom(channel->options_.seed + 1000 * channel->servers_.size()));
   }
   station = std::make_unique<swarm::ServerStation>(
       &service, 0, Engine().links[0], &channel->medium_, swarm::ServerTiming{}, signing.get());
@@ -122,7 +114,7 @@ AttackedChannel::Server::Server(AttackedChannel* channel, uint64_t start_ms, eng
 AttackedChannel::AttackedChannel(const ChannelOptions& options)
     : options_(options), medium_({.seed = options.seed}), attacker_(options.seed, &medium_) {
   for (uint8_t id = 1; id <= kRobots && options.is_signed; ++id) {
-    RandomBytes(options.seed * 100 + id)(keys_[id]);
+    swarm::SeededRandom(options.seed * 100 + id)(keys_[id]);
   }
   servers_.emplace_back(this, 0, engine::Engine{});
   path_ = Levels();

@@ -202,11 +202,6 @@ class RandomTraffic {
   Event Any(const Engine& engine) {
     const auto link = static_cast<LinkIndex>(Below(2));
     switch (Below(26)) {
-      case 5:
-        if (Below(16) == 0) {
-          return KeysRevoked{{AnyKey(), AnyKey()}};
-        }
-        return Advance{};
       case 0:
         return Below(20) == 0  ? Event(NetsChanged{"gate"})
                : Below(3) == 0 ? Event(EditReversed{Below(3) == 0})
@@ -235,6 +230,11 @@ class RandomTraffic {
           return GoalSet{link, AnyId(), {{AnyPoint(), AnyPoint()}, 20'000}};
         }
         return GoalEnded{link, AnyId(), Below(2) == 0, AnyPoint()};
+      case 5:
+        if (Below(16) == 0) {
+          return KeysRevoked{{AnyKey(), AnyKey()}};
+        }
+        return Advance{};
       case 6:
         return Advance{};
       default:
