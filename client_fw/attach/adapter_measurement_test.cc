@@ -221,7 +221,6 @@ TEST(AdapterMeasurement, AComputerThatIsLateOftenIsTakenForALazyAdapter) {
 TEST(AdapterMeasurement, OneThatIsLazyNowAndThenContends) {
   AdapterMeasurement measurement(9600, 1);
   int changes = 0;
-  int judged = 0;
   for (const int quick : {0, 1, 2, 3, 4, 7, 8, 15, 16, 31, 32, 63, 64, 63, 64}) {
     SlowPort lazy(&measurement, {.timer_ms = 16});
     lazy.Send(kJudged, {21});
@@ -230,10 +229,8 @@ TEST(AdapterMeasurement, OneThatIsLazyNowAndThenContends) {
     SlowPort port(&measurement, {});
     port.Send(kJudged * quick, {21});
     changes += measurement.rounds() ? 1 : 0;
-    judged += quick;
   }
   EXPECT_EQ(changes, 7);
-  EXPECT_GT(judged, 300);
 }
 
 }  // namespace

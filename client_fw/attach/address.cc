@@ -2,8 +2,11 @@
 
 #include <netdb.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstring>
+#include <iterator>
 #include <string_view>
 
 namespace pheromone::attach {
@@ -73,6 +76,13 @@ Result<Address> ParseAddress(const std::string& text, uint32_t baud) {
   }
   PHEROMONE_TRY_STATUS(Resolve(rest, &address));
   return address;
+}
+
+std::vector<uint32_t> PioneerRates(uint32_t first) {
+  std::vector<uint32_t> rates = {first};
+  std::ranges::copy_if(std::array{9600u, 38'400u, 19'200u, 115'200u, 57'600u},
+                       std::back_inserter(rates), [&](uint32_t rate) { return rate != first; });
+  return rates;
 }
 
 }  // namespace pheromone::attach

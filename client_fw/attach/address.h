@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "server/base/result.h"
 
@@ -32,5 +33,9 @@ struct Address {
 /// does not answer would hold up a robot that drives; this may block for seconds. `baud` has to be
 /// one of SerialRates(). Errors: a missing or wrong port, a name that is not known.
 Result<Address> ParseAddress(const std::string& text, uint32_t baud);
+
+/// The bit rates at which a Pioneer is looked for, in this order: `first`, then those that ARIA
+/// tries.
+std::vector<uint32_t> PioneerRates(uint32_t first);
 
 }  // namespace pheromone::attach

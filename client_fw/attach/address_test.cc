@@ -6,6 +6,7 @@
 
 #include <cstring>
 #include <string>
+#include <vector>
 
 namespace pheromone::attach {
 namespace {
@@ -72,6 +73,13 @@ TEST(ParseAddress, TellsWhatIsWrong) {
     EXPECT_NE(std::string::npos, address.error().find(wrong.told))
         << wrong.text << ": " << address.error();
   }
+}
+
+TEST(PioneerRates, BeginWithTheOneThatIsGivenWhichNeedNotBeOneOfARIAs) {
+  EXPECT_EQ(PioneerRates(9600), (std::vector<uint32_t>{9600, 38'400, 19'200, 115'200, 57'600}));
+  EXPECT_EQ(PioneerRates(19'200), (std::vector<uint32_t>{19'200, 9600, 38'400, 115'200, 57'600}));
+  EXPECT_EQ(PioneerRates(230'400),
+            (std::vector<uint32_t>{230'400, 9600, 38'400, 19'200, 115'200, 57'600}));
 }
 
 }  // namespace

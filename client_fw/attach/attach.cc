@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 
-#include <algorithm>
 #include <array>
-#include <iterator>
 #include <span>
 #include <utility>
 #include <vector>
@@ -28,14 +26,6 @@ constexpr int64_t kPartingMs = 50;
 constexpr int64_t kLongestPartingMs = 300;
 constexpr int kMaxReads = 16;  // whoever never pauses must not stop the robot's time
 
-// At which a robot is looked for: the one that was given, then the others that ARIA tries.
-std::vector<uint32_t> RatesFrom(uint32_t first) {
-  std::vector<uint32_t> rates = {first};
-  std::ranges::copy_if(std::array{9600u, 38'400u, 19'200u, 115'200u, 57'600u},
-                       std::back_inserter(rates), [&](uint32_t rate) { return rate != first; });
-  return rates;
-}
-
 class Attachment {
  public:
   explicit Attachment(const AttachOptions& options)
@@ -43,7 +33,7 @@ class Attachment {
         port_(options.robot),
         servers_(options.servers, options.client.id),
         robot_(options.client),
-        rates_(RatesFrom(options.robot.baud)),
+        rates_(PioneerRates(options.robot.baud)),
         adapter_(options.servers.front().baud, options.client.adapter_ms),
         reporter_(&port_, &servers_, &robot_) {}
 
