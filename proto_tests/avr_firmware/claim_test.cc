@@ -68,7 +68,7 @@ int ClaimsWanted() {
 TEST(ClaimTest, TwoAvrRobotsNeverCleanOneZoneTogether) {
   const int claims = ClaimsWanted();
   swarm::Simulation simulation(TwoRobots());
-  const Claims seen = Watch(&simulation, claims, int64_t{5'000} * claims);
+  const Claims seen = Watch(&simulation, claims, int64_t{10'000} * claims);
   std::cout << claims << " claims: " << seen.of[0] << " and " << seen.of[1] << " in "
             << seen.ms / 1000 << " s, " << simulation.medium().counters().damaged_bytes
             << " bytes damaged\n";

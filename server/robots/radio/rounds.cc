@@ -384,13 +384,15 @@ void Rounds::JudgeOpening(Time now) {
     return;
   }
   if (in_bad_air()) {
-    // What is damaged need not have collided: those with turns get two thirds of the time.
+    // What is damaged need not have collided: those with turns get two thirds of the time, and an
+    // opening is wider only where two in succession had damage.
     next_opening_ = now + 2 * (now - turns_end_);
   }
-  if (collided_) {
+  if (collided_ && (!in_bad_air() || collided_before_)) {
     const auto most = std::clamp<int64_t>(kWidestOpening / options_.slot, kLeastSlots, kMostSlots);
     width_ = static_cast<uint8_t>(std::min<int64_t>(int64_t{2} * open_slots_, most));
   }
+  collided_before_ = collided_;
 }
 
 // A SENSE and its answer, in a window.

@@ -169,8 +169,9 @@ class Rounds {
   uint8_t width_ = 0;  // of the next opening, in slots
   int exchanges_ = 0;  // in this opening
   const bool signed_;
-  bool used_ = false;      // something was heard in it
-  bool collided_ = false;  // and some of that was damaged
+  bool used_ = false;             // something was heard in it
+  bool collided_ = false;         // and some of that was damaged
+  bool collided_before_ = false;  // in the one before that was used
   RoundCounters counters_;
 };
 
