@@ -202,10 +202,10 @@ Time Channel::RoundAt() const {
   if (due == kNever || !rounds_.follows()) {
     return due == kNever ? due : std::max(due, FreeAt());
   }
-  // Nobody else may send: only a frame that is late is waited for.
+  // Nobody else may send: only a frame that is late is waited for, and an ACK.
   const Duration open = decoder_.frame_open() ? std::chrono::milliseconds(options_.gap_timeout_ms)
                                               : options_.timing.byte;
-  return std::max({due, free_at_, heard_at_ + open});
+  return std::max({due, free_at_, heard_at_ + open, ack_until_});
 }
 
 Channel::Start Channel::Next(Time now) {

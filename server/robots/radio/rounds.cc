@@ -154,7 +154,7 @@ void Rounds::OnDamage(Time at) {
 void Rounds::OnAnswered(Time end) {
   if (opening_end_ != Time::min()) {
     const Time heard = end + options_.timing.Transit();
-    opening_end_ = MayGoOn(heard) ? heard + OpeningTime(open_slots_) : heard;
+    opening_end_ = MayGoOn(heard) && !OthersServed() ? heard + OpeningTime(open_slots_) : heard;
   }
 }
 
@@ -259,6 +259,9 @@ void Rounds::CountLate(const Turn& turn, Robot* robot) {
 
 // Who was heard in the last round, and when each is due again.
 void Rounds::CountTurns(Time now) {
+  // Who contends counts its period from when it has sent, and moves out of an opening by the delays
+  // that it draws, if rounds are not as much longer.
+  const Duration drift = OthersPresent() != 0 ? (kLeastSlots - 1) * options_.slot : Duration(0);
   for (const Turn& turn : turns_) {
     const auto found = robots_.find(turn.id);
     if (found == robots_.end() || turn.for_ack) {
@@ -275,7 +278,7 @@ void Rounds::CountTurns(Time now) {
       // Only every second answer is one to steer by while changes are late: twice as many are due,
       // or the robot would stop where two of its periods are longer than its fail-safe.
       const Duration period = robot.late != 0 ? robot.period / 2 : robot.period;
-      robot.due = std::max(robot.due + period, *request->heard);  // nothing is caught up
+      robot.due = std::max(robot.due + period + drift, *request->heard);  // nothing is caught up
       CountHeard(&robot);
     } else if (turn.damaged) {
       CountHeard(&robot);  // it is there, and still due
@@ -321,7 +324,10 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   bool any = false;
   // Who is left out waits until this round is over.
   const auto turns = static_cast<int64_t>(std::min(robots_.size(), most));
-  const Duration together = std::max(kTogether, turns * turn_);
+  Duration together = std::max(kTogether, turns * turn_);
+  if (OthersPresent() != 0 && robots_.size() <= most) {
+    together += OpeningTime(kLeastSlots) + ExchangeTime();  // theirs
+  }
   for (const auto& [id, robot] : robots_) {
     any |= robot.due <= now;
     if (robot.due <= now + together) {
@@ -434,6 +440,15 @@ int Rounds::OthersPresent() const {
   return static_cast<int>(std::count_if(others_.begin(), others_.end(), [this](const auto& other) {
     return last_heard_ - other.second <= kOtherIsPresent;
   }));
+}
+
+// Whoever is known to contend had an exchange in this opening, and nobody else was heard.
+bool Rounds::OthersServed() const {
+  int served = 0;
+  for (const auto& [id, heard] : others_) {
+    served += heard > turns_end_ ? 1 : 0;
+  }
+  return served != 0 && served == OthersPresent();
 }
 
 // Each client that only contends gets about as many exchanges as a robot has turns.

@@ -144,6 +144,7 @@ class Rounds {
   size_t LeastBytes() const;
   size_t MostTurns() const;
   int OthersPresent() const;
+  bool OthersServed() const;
   int ExchangesAnOpening() const;
 
   const ChannelOptions options_;

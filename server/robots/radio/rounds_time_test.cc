@@ -198,7 +198,58 @@ TEST_F(RoundsTest, WhileOpeningsAreUsedEveryRoundHasOne) {
   }
 }
 
+// Robots with turns need not wait for contenders that are not there.
+TEST_F(RoundsTest, ARoundFollowsTheLastAnswerToThoseWhoContend) {
+  Join(1, 22, 100ms);
+  const Time from = air_.now();
+  for (int i = 0; i < 20; ++i) {
+    air_.contenders.push_back(Sense(200));
+  }
+  air_.AdvanceTo(from + 20s);
+  int answered = 0;
+  for (const Sent& sent : air_.sent()) {
+    if (sent.begin >= from && sent.messages[0].id == 200) {
+      ++answered;
+      EXPECT_TRUE(sent.round());
+    }
+  }
+  EXPECT_EQ(answered, 20);
+}
+
+TEST_F(RoundsTest, WhileOneOfThoseWhoContendHasNotBeenHeardTheOpeningGoesOn) {
+  Join(1, 22, 100ms);
+  const Time from = air_.now();
+  for (int i = 0; i < 20; ++i) {
+    air_.contenders.push_back(Sense(static_cast<uint8_t>(200 + i % 2)));  // each in its turn
+  }
+  air_.AdvanceTo(from + 20s);
+  int answered = 0;
+  for (const Sent& sent : air_.sent()) {
+    if (sent.begin >= from && sent.messages[0].id >= 200 && sent.messages[0].id < 255 &&
+        ++answered > 1) {
+      EXPECT_FALSE(sent.round());
+    }
+  }
+  EXPECT_EQ(answered, 20);
+}
+
 // --- COMMANDs.
+
+// The robot that contends is not interrupted by the ROUND, which would follow the answer otherwise.
+TEST_F(RoundsTest, AnAckOfWhoContendsIsAwaitedBeforeTheNextRound) {
+  Join(1, 22, 100ms);
+  air_.contenders.push_back(Sense(200));
+  const Time from = air_.now();
+  air_.channel().Send(Halt(200));
+  air_.AdvanceTo(from + 5s);
+  const auto sent = std::find_if(air_.sent().begin(), air_.sent().end(), [&](const Sent& it) {
+    return it.begin >= from && it.messages[0].id == 200;
+  });
+  ASSERT_NE(sent, air_.sent().end());
+  ASSERT_EQ(sent->messages.back().opcode, protocol::kCommand);
+  ASSERT_NE(std::next(sent), air_.sent().end());
+  EXPECT_GE(std::next(sent)->begin, sent->end + options_.response_window);
+}
 
 TEST_F(RoundsTest, ACommandPrecedesARoundThatHasATurnForItsAck) {
   Join(1, 22, 100ms);
