@@ -46,6 +46,7 @@ REQUESTS, UNANSWERED = 138, 139
 TRACE_BYTES = 15 + 13
 MOST_QUANTA = 24_000
 BYTE_S = 10 / 9600
+SETTLED_S = 20
 
 
 class Channel:
@@ -174,6 +175,17 @@ class Channel:
         status, told = self.daemon.call("GET", "/api/v1/field?pheromone=trail")
         check(status == 200, told)
         return round(sum(map(sum, json.loads(told)["values"])) / 0.125)
+
+    def settled_quanta(self):
+        """Once there were no more for so long that a robot would have repeated its last change: it
+        may be about to say HELLO again, which in bad air takes some attempts."""
+        quanta, since = self.quanta(), time.monotonic()
+        while time.monotonic() < since + SETTLED_S:
+            time.sleep(1)
+            now = self.quanta()
+            if now != quanta:
+                quanta, since = now, time.monotonic()
+        return quanta
 
     def set(self, robot, setting, value):
         for _ in range(20):
@@ -337,11 +349,7 @@ def count_once(arguments, damaged, contends):
                 print(f"{name}: {quanta} changes, {kills} kills, {resets} resets", flush=True)
         for robot in channel.ids:
             channel.set(robot, 3, 0)  # no more trail, once the last change is made
-        # A query is only sent when no change waits.
-        settled = {robot: channel.get(robot, REQUESTS) for robot in channel.ids}
-        check(len(settled) == 4, "not all have settled")
-        time.sleep(3)
-        quanta = channel.quanta()
+        quanta = channel.settled_quanta()
         told = channel.finish()
         made = [int(found) for found in re.findall(r" traces (\d+)", told)]
         check(sum(made) == quanta, f"{name}: {sum(made)} changes were made, the map has {quanta}:"
