@@ -214,8 +214,8 @@ class RequireTest(SignedLink):
         seven.ping(b"again")
         self.assertEqual(self.counters(), (1, 0, 2))
         self.assertRegex(self.ctl("links"), rf"(?m)^revoked on {self.link}: robot 8$")
-        self.assertIn("revoked the keys of robots [8]",
-                      (self.folder / "state" / "audit.jsonl").read_text())
+        audit = self.folder / "state" / "audit.jsonl"
+        await_that(lambda: "revoked the keys of robots [8]" in audit.read_text(), audit.read_text)
         self.ctl("reload")  # the file still has it
         line.send(eight.first_hello(nonce=3))
         seven.ping(b"still there")

@@ -41,6 +41,7 @@ constexpr Duration kWidestOpening = 200ms;
 constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
 constexpr int kNewcomers = 8;                // exchanges in an opening, at least
 constexpr Duration kLongestClosed = 3s;
+constexpr int kLongOpening = 3;     // exchanges
 constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
 
 size_t WireBytes(const protocol::Message& message) {
@@ -376,8 +377,16 @@ uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
       due = std::min(due, robot.due);
     }
     // Simple clients ask when they like, and the ROUND waits for whoever has begun.
-    const Time from = now + round_lasts + options_.timing.Idle();
-    return due - from < ExchangeTime() ? uint8_t{0} : protocol::kOpenUntilNextRound;
+    const Duration open = due - (now + round_lasts + options_.timing.Idle());
+    if (open < ExchangeTime()) {
+      return 0;
+    }
+    if (OthersPresent() == 0 || open > kLongOpening * ExchangeTime()) {
+      return protocol::kOpenUntilNextRound;
+    }
+    // Soon over: who began before the next ROUND is heard would collide with it, and often.
+    const auto slots = (open - OpeningTime(0)) / Duration(options_.slot);
+    return static_cast<uint8_t>(std::clamp<int64_t>(slots, kLeastSlots, kMostSlots));
   }
   return now < next_opening_ && OthersPresent() == 0 ? uint8_t{0} : std::max(width_, kLeastSlots);
 }

@@ -35,6 +35,31 @@ TEST_F(RoundsTest, BetweenRoundsTheChannelIsOpenUntilTheNext) {
 }
 
 // An opening that nobody used does not close the channel for a client that is there.
+// The ROUND would collide with who begins as it is sent, and everybody miss it.
+TEST_F(RoundsTest, AShortOpeningForWhoContendsIsOverBeforeTheNextRound) {
+  Join(1, 3, 200ms);
+  const Time from = air_.now();
+  for (int i = 1; i <= 5; ++i) {
+    air_.contenders.push_back(Sense(200));  // seldom
+    air_.AdvanceTo(from + i * 1s);
+  }
+  int between = 0;
+  for (size_t i = 0; i + 1 < air_.sent().size(); ++i) {
+    const Sent& sent = air_.sent()[i];
+    const auto round = sent.round();
+    if (sent.begin < from + 1s || !round || round->turn_count != 0 || round->open_slots == 0 ||
+        air_.sent()[i + 1].messages[0].id == 200) {
+      continue;
+    }
+    ++between;
+    ASSERT_NE(round->open_slots, protocol::kOpenUntilNextRound);
+    const Duration slots = round->open_slots * Duration(options_.slot);
+    const Duration first_byte = options_.timing.turnaround + options_.timing.byte;
+    EXPECT_LE(sent.end + slots + first_byte, air_.sent()[i + 1].begin);
+  }
+  EXPECT_GT(between, 5);
+}
+
 TEST_F(RoundsTest, WhileAClientWithoutTurnsIsThereEachRoundHasAnOpening) {
   Join(1, 8, 100ms);  // more than the channel carries
   air_.contenders.push_back(Sense(200));
