@@ -227,7 +227,7 @@ TEST_F(SharedPtyLinkTest, AfterAPartOfAFrameTheNextOneIsHeard) {
   permit_.Set(100'000, "a");
   StartShared();
   Peer robot(path_);
-  for (uint8_t round = 0; round < 4; ++round) {
+  for (uint8_t round = 0; round < 4;) {
     ping.payload[0] = 1;
     ping.length = round;  // so that the cut is at another byte
     many.front() = {0, 0, engine::testing::MessageOf(ping)};
@@ -238,15 +238,21 @@ TEST_F(SharedPtyLinkTest, AfterAPartOfAFrameTheNextOneIsHeard) {
       return ioctl(robot.descriptor(), FIONREAD, &unread) == 0 && unread > 0;
     }));
     permit_now_ms = 100'001;
-    while (server_.link().counters().undeliverable == before) {
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    while (server_.link().counters().undeliverable == before &&
+           std::chrono::steady_clock::now() < patience) {
       robot.Receive(milliseconds(10));
     }
     permit_now_ms = 1'000;
+    if (server_.link().counters().undeliverable == before) {
+      continue;  // all of it was written before, or none: this process waited for a processor
+    }
     std::optional<protocol::Message> message = robot.Receive(std::chrono::seconds(5));
     while (message && !IsHaltOfAllRobots(message)) {
       message = robot.Receive(std::chrono::seconds(5));
     }
     ASSERT_TRUE(message) << int{round};
+    ++round;
   }
 }
 
