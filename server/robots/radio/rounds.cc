@@ -106,6 +106,7 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
     turn->answerable = message.opcode != protocol::kCommandAck;
   } else if (opening_end_ != Time::min() && at > turns_end_) {
     ++exchanges_;
+    greeted_ |= message.opcode == protocol::kHello;
   }
   const auto robot = robots_.find(message.id);
   if (robot == robots_.end()) {
@@ -451,13 +452,14 @@ int Rounds::OthersPresent() const {
   }));
 }
 
-// Whoever is known to contend had an exchange in this opening, and nobody else was heard.
+// Whoever is known to contend had an exchange in this opening, and nobody is about to join: a
+// signed HELLO is said twice.
 bool Rounds::OthersServed() const {
   int served = 0;
   for (const auto& [id, heard] : others_) {
     served += heard > turns_end_ ? 1 : 0;
   }
-  return served != 0 && served == OthersPresent();
+  return served != 0 && served == OthersPresent() && !greeted_;
 }
 
 // Each client that only contends gets about as many exchanges as a robot has turns.
@@ -517,6 +519,7 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   open_slots_ = round.open_slots;
   used_ = false;
   collided_ = false;
+  greeted_ = false;
   exchanges_ = 0;
   ++counters_.rounds;
   counters_.coded += coded() ? 1u : 0u;

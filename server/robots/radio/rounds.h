@@ -173,6 +173,7 @@ class Rounds {
   bool used_ = false;             // something was heard in it
   bool collided_ = false;         // and some of that was damaged
   bool collided_before_ = false;  // in the one before that was used
+  bool greeted_ = false;          // somebody said HELLO in it
   RoundCounters counters_;
 };
 

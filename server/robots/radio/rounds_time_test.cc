@@ -258,6 +258,19 @@ TEST_F(RoundsTest, WhileOneOfThoseWhoContendHasNotBeenHeardTheOpeningGoesOn) {
   EXPECT_EQ(answered, 20);
 }
 
+// It has more to say: a second HELLO, where frames are signed, or its first request.
+TEST_F(RoundsTest, AfterAnAnswerToHelloTheOpeningGoesOn) {
+  Join(1, 22, 100ms);
+  const Time from = air_.now();
+  air_.contenders.push_back(Hello(200, 0ms));
+  air_.AdvanceTo(from + 5s);
+  const auto answered = std::find_if(air_.sent().begin(), air_.sent().end(), [&](const Sent& it) {
+    return it.begin >= from && it.messages[0].opcode == protocol::kHelloAnswer;
+  });
+  ASSERT_NE(answered, air_.sent().end());
+  EXPECT_FALSE(answered->round());
+}
+
 // --- COMMANDs.
 
 // The robot that contends is not interrupted by the ROUND, which would follow the answer otherwise.
