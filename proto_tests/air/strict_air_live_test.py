@@ -146,7 +146,8 @@ class Channel:
     def measure(self, seconds):
         """Answers a second and fail-safe stops of each robot, once all are there. What they count is
         asked over the air, which itself can cost a stop: the stops are those that they report between
-        the questions."""
+        the questions. These are by far not all: a stop is not seen if another EVENT follows it soon,
+        as "trail lost" does."""
         await_that(lambda: self.present() >= set(self.ids), "all robots are there")
         before = {robot: self.answers(robot) for robot in self.ids}
         time.sleep(5)
@@ -235,7 +236,7 @@ def tell(name, rates, stops, most=None):
     beside = f", {total / most:.2f} of B_1" if most else ""
     print(f"{name}: {total:.1f} answers/s{beside}; of each "
           + " ".join(f"{rate:.1f}" for rate in rates.values())
-          + "; fail-safe stops " + " ".join(map(str, stops.values())), flush=True)
+          + "; fail-safe stops seen " + " ".join(map(str, stops.values())), flush=True)
 
 
 def of_images(folder, count):
