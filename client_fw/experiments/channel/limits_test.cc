@@ -147,7 +147,7 @@ TEST(RoundLimits, TwentyRobotsGetMoreThanOneExchangeAfterTheOtherCarries) {
   EXPECT_EQ(row.fail_safe_stops, 0);
 }
 
-// Once in ten minutes of all sixteen.
+// Once in each run of 20 s at most.
 TEST(RoundLimits, SixteenRobotsHardlyEverStop) {
   const ChannelSummary row = OverSeeds(InRounds(16));
   EXPECT_LE(row.longest_gap_ms, 500);

@@ -220,16 +220,20 @@ void Rounds::Join(uint8_t id, Time now) {
   }
 }
 
+Time Rounds::FirstDue() const {
+  Time due = kNever;
+  for (const auto& [id, robot] : robots_) {
+    due = std::min(due, robot.due);
+  }
+  return due;
+}
+
 Time Rounds::NextRound() const {
   if (!active()) {
     return kNever;
   }
   if (turns_.empty()) {
-    Time due = sent_at_ + kLongestSilence;
-    for (const auto& [id, robot] : robots_) {
-      due = std::min(due, robot.due);
-    }
-    return std::max({due, turns_end_, *begin_});
+    return std::max({std::min(FirstDue(), sent_at_ + kLongestSilence), turns_end_, *begin_});
   }
   Time end = turns_end_;
   bool all_heard = true;
@@ -328,7 +332,7 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   const auto turns = static_cast<int64_t>(std::min(robots_.size(), most));
   Duration together = std::max(kTogether, turns * turn_);
   if (OthersPresent() != 0 && robots_.size() <= most) {
-    together += OpeningTime(kLeastSlots) + ExchangeTime();  // theirs
+    together += OpeningTime(kLeastSlots) + ExchangeTime();  // of those who contend
   }
   for (const auto& [id, robot] : robots_) {
     any |= robot.due <= now;
@@ -373,12 +377,8 @@ size_t Rounds::GiveTurns(Time now, std::vector<uint8_t> acks) {
 
 uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
   if (!has_turns) {
-    Time due = kNever;
-    for (const auto& [id, robot] : robots_) {
-      due = std::min(due, robot.due);
-    }
     // Simple clients ask when they like, and the ROUND waits for whoever has begun.
-    const Duration open = due - (now + round_lasts + options_.timing.Idle());
+    const Duration open = FirstDue() - (now + round_lasts + options_.timing.Idle());
     if (open < ExchangeTime()) {
       return 0;
     }

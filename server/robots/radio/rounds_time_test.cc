@@ -34,7 +34,6 @@ TEST_F(RoundsTest, BetweenRoundsTheChannelIsOpenUntilTheNext) {
   EXPECT_GE(open, 20u);
 }
 
-// An opening that nobody used does not close the channel for a client that is there.
 // The ROUND would collide with who begins as it is sent, and everybody miss it.
 TEST_F(RoundsTest, AShortOpeningForWhoContendsIsOverBeforeTheNextRound) {
   Join(1, 3, 200ms);
@@ -60,6 +59,7 @@ TEST_F(RoundsTest, AShortOpeningForWhoContendsIsOverBeforeTheNextRound) {
   EXPECT_GT(between, 5);
 }
 
+// An opening that nobody used does not close the channel for a client that is there.
 TEST_F(RoundsTest, WhileAClientWithoutTurnsIsThereEachRoundHasAnOpening) {
   Join(1, 8, 100ms);  // more than the channel carries
   air_.contenders.push_back(Sense(200));
