@@ -148,7 +148,6 @@ std::vector<uint32_t> Rates() {
 int Main(int argc, char** argv) {
   Options options;
   client::Parameters& client = options.client;
-  client.fail_safe_ms = 400;
   CLI::App app{
       "Drives a real Pioneer robot (ARCOS) from this computer: reports its pose to a pheromone "
       "server over a modem or a network, and steers by the answers.",
@@ -175,7 +174,7 @@ int Main(int argc, char** argv) {
   app.add_option("--period", client.period_ms, "Time between requests, ms (default: 200)")
       ->check(WholeNumber(20, 2000));
   app.add_option("--fail-safe", client.fail_safe_ms,
-                 "Longest drive without an answer, ms (default: 400)")
+                 "Longest drive without an answer, ms (default: 480)")
       ->check(WholeNumber(100, 2000));
   app.add_flag("--released", client.start_released,
                "Drive as soon as the server answers, instead of waiting for an operator's resume");

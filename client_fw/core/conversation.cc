@@ -76,13 +76,12 @@ PHEROMONE_OUTLINED void Conversation::Poll(Moment now_ms, const Odometry* odomet
     return;
   }
   // A ROUND may follow the COMMAND, with a turn for its ACK.
-  const Rounds& rounds = *medium_.rounds();
-  if (ack_due_ && medium_.state().pause && rounds.values().turns == 0 &&
-      rounds.reserved_ms() == 0) {
+  if (ack_due_ && medium_.state().pause && medium_.rounds()->values().turns == 0 &&
+      !medium_.reserved()) {
     SendAck();
     return;
   }
-  if (phase_ == Phase::kResting && timers_[kPeriod] == 0 && !HasTurns()) {
+  if (phase_ == Phase::kResting && timers_[kPeriod] <= EarlyMs() && !HasTurns()) {
     Contend(MediumAccess::kAtOnce);  // what was random is in the moment at which the period began
   }
   if (phase_ == Phase::kContending && timers_[kPause] == 0 && medium_.MayBegin(IsUrgent())) {
@@ -204,6 +203,13 @@ uint16_t Conversation::NeededMs() const {
 bool Conversation::congested() const {
   return medium_.state().census.robots() != 0 && parameters().period_ms > 1 &&
          NeededMs() > parameters().period_ms;
+}
+
+// There may be no opening when the period is over.
+uint16_t Conversation::EarlyMs() const {
+  return kHasAdapters && medium_.rounds().OpenSlots() != 0 && !medium_.reserved()
+             ? static_cast<uint16_t>(parameters().period_ms / 4)
+             : uint16_t{0};
 }
 
 uint16_t Conversation::PeriodMs() {

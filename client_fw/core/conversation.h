@@ -145,6 +145,7 @@ class Conversation : private ConversationState, private LinkSigning {
   void GiveUp();
   void Rest();
   uint16_t NeededMs() const;
+  uint16_t EarlyMs() const;
   uint16_t PeriodMs();
   void Contend(MediumAccess::Delay delay = MediumAccess::kRandom);
   void Greet(bool greeted);

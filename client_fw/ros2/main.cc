@@ -71,7 +71,6 @@ int Main(int argc, char** argv) {
   BridgeOptions options;
   Words words;
   client::Parameters& client = options.client;
-  client.fail_safe_ms = 400;
   client.wide = true;
   CLI::App app{
       "Joins robots of ROS 2 with a pheromone server: reads their odometry, and drives them by "
@@ -121,7 +120,7 @@ int Main(int argc, char** argv) {
   app.add_option("--period", client.period_ms, "Time between requests, ms (default: 200)")
       ->check(WholeNumber(20, 2000));
   app.add_option("--fail-safe", client.fail_safe_ms,
-                 "Longest drive without an answer, ms (default: 400)")
+                 "Longest drive without an answer, ms (default: 480)")
       ->check(WholeNumber(100, 2000));
   app.add_flag("--lay-trail", client.lay_trail, "Deposit the pheromone while driving");
   try {

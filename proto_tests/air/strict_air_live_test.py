@@ -46,6 +46,7 @@ REQUESTS, UNANSWERED, FAIL_SAFE_STOPS = 138, 139, 141
 TRACE_BYTES = 15 + 13
 MOST_QUANTA = 24_000
 BYTE_S = 10 / 9600
+JOINED_S = 5
 SETTLED_S = 20
 
 
@@ -143,12 +144,16 @@ class Channel:
         unanswered = self.get(robot, UNANSWERED)
         return time.monotonic(), self.get(robot, REQUESTS) - unanswered
 
+    def await_robots(self):
+        """Until all have joined, and no longer disturb each other by that."""
+        await_that(lambda: self.present() >= set(self.ids), "all robots are there")
+        time.sleep(JOINED_S)
+
     def measure(self, seconds):
         """Answers a second and fail-safe stops of each robot, once all are there. What they count is
         asked over the air, which itself can cost a stop: there are at most so many."""
-        await_that(lambda: self.present() >= set(self.ids), "all robots are there")
+        self.await_robots()
         before = {robot: self.answers(robot) for robot in self.ids}
-        time.sleep(5)
         stops = self.new_stops(seconds)
         rates = {}
         for robot in self.ids:
@@ -374,11 +379,13 @@ def sick(arguments):
                 channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16",
                                *(f"{folder}/modem{robot},adapter=16" for robot in range(1, 4)))
                 channel.attached(*3 * ["ttyUSB"])
-            await_that(lambda: channel.present() >= set(channel.ids), "all robots are there")
+            channel.await_robots()
             well = channel.stops_in(10)
+            before = channel.stops()
             (folder / how).touch()
-            ill = channel.stops_in(seconds)
-            (folder / how).unlink()
+            time.sleep(seconds)
+            (folder / how).unlink()  # now they can be asked
+            ill = sum(channel.stops().values()) - sum(before.values())
             after = channel.stops_in(10)
             made = channel.quanta()
             await_that(lambda: channel.quanta() > made, "changes are made again")

@@ -282,8 +282,7 @@ PHEROMONE_OUTLINED uint8_t MediumAccess::RandomSlots() {
 
 PHEROMONE_BY_POINTER bool MediumAccess::MayBegin(bool urgent) {
   const bool alone = timers_[kOthers] == 0;
-  const bool granted =
-      rounds_.left_ms() == 0 || (rounds_.reserved_ms() == 0 && rounds_.open() && urgent);
+  const bool granted = rounds_.left_ms() == 0 || (!reserved() && rounds_.open() && urgent);
   if (!state_.clear || timers_[kHeld] != 0 || (!alone && !idle_) || !granted) {
     if (countdown_ == 0) {
       countdown_ = static_cast<uint8_t>(1 + RandomSlots());  // not all at once after it
@@ -329,7 +328,7 @@ PHEROMONE_OUTLINED void MediumAccess::ChooseSlotMs() {
 }
 
 bool MediumAccess::Grant(const uint8_t* round) {
-  const bool ours = rounds_.Grant(round);
+  const bool ours = rounds_.Grant(round, AdapterMs());
   ChooseSlotMs();
   rounds_.KeepOpen(rounds_.reserved_ms(), state_.slot_ms);
   DrawInOpening();

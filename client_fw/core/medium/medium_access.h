@@ -117,6 +117,8 @@ class MediumAccess : private MediumVariables {
 
   /// There is something to send.
   void Contend(Delay delay);
+  /// Only those who have a turn may send. The last one may still be heard after that.
+  bool reserved() const { return rounds_.reserved_ms() > AdapterMs(); }
   /// Whether it may be sent now, by contention. Between turns only what is `urgent` may.
   bool MayBegin(bool urgent);
   /// Our first byte leaves, and our last one has left.
@@ -141,6 +143,7 @@ class MediumAccess : private MediumVariables {
   void OnFrame();
   void OnDamage();
   void Hold();
+  uint8_t AdapterMs() const { return kHasAdapters ? adapter_ms_ : uint8_t{0}; }
   void HearOther() { timers_[kOthers] = kAloneMs; }
   bool DetectCarrier(bool channel_busy);
   void ForgetCarrier();

@@ -45,7 +45,7 @@ bool Rounds::Follows(const uint8_t* data) const {
   return static_cast<uint8_t>(values_.number + 1u) == data[kNumberAt];
 }
 
-bool Rounds::Grant(const uint8_t* data) {
+bool Rounds::Grant(const uint8_t* data, uint8_t adapter_ms) {
   values_.number = data[kNumberAt];
   values_.turn_bytes = data[kTurnBytesAt];
   values_.slot_ms = data[kRoundSlotAt];
@@ -70,7 +70,8 @@ bool Rounds::Grant(const uint8_t* data) {
     }
   }
   timers_[kReserved] =
-      count == 0 ? uint16_t{0} : static_cast<uint16_t>(protocol::kBeforeTurnsMs + count * turn_ms);
+      count == 0 ? uint16_t{0}
+                 : static_cast<uint16_t>(protocol::kBeforeTurnsMs + count * turn_ms + adapter_ms);
   open_slots_ = data[kOpenAt];
   timers_[kOpen] = open_slots_ != 0 ? 1 : 0;
   return values_.turns != 0;

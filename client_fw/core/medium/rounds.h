@@ -67,8 +67,8 @@ class Rounds : private RoundVariables {
   /// Whether this is the ROUND after the last one granted.
   bool Follows(const uint8_t* data) const;
   /// Who has turns, and whether the others may contend after them: KeepOpen is to follow. True:
-  /// some are ours.
-  bool Grant(const uint8_t* data);
+  /// some are ours. `adapter_ms`: for so long bytes are held back.
+  bool Grant(const uint8_t* data, uint8_t adapter_ms = 0);
 
   /// Takes no turn in this round.
   void Decline() { values_.turns = 0; }
@@ -89,7 +89,7 @@ class Rounds : private RoundVariables {
 
   /// For so long the server counts as granting turns; 0: it does not.
   uint16_t left_ms() const { return timers_[kRounds]; }
-  /// For so long others have their turns.
+  /// For so long others are heard in their turns.
   uint16_t reserved_ms() const { return timers_[kReserved]; }
   /// Who has no turn may contend.
   bool open() const { return timers_[kOpen] != 0; }

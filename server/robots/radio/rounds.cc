@@ -265,9 +265,6 @@ void Rounds::CountLate(const Turn& turn, Robot* robot) {
 
 // Who was heard in the last round, and when each is due again.
 void Rounds::CountTurns(Time now) {
-  // Who contends counts its period from when it has sent, and moves out of an opening by the delays
-  // that it draws, if rounds are not as much longer.
-  const Duration drift = OthersPresent() != 0 ? (kLeastSlots - 1) * options_.slot : Duration(0);
   for (const Turn& turn : turns_) {
     const auto found = robots_.find(turn.id);
     if (found == robots_.end() || turn.for_ack) {
@@ -284,7 +281,7 @@ void Rounds::CountTurns(Time now) {
       // Only every second answer is one to steer by while changes are late: twice as many are due,
       // or the robot would stop where two of its periods are longer than its fail-safe.
       const Duration period = robot.late != 0 ? robot.period / 2 : robot.period;
-      robot.due = std::max(robot.due + period + drift, *request->heard);  // nothing is caught up
+      robot.due = std::max(robot.due + period, *request->heard);  // nothing is caught up
       CountHeard(&robot);
     } else if (turn.damaged) {
       CountHeard(&robot);  // it is there, and still due
