@@ -318,6 +318,7 @@ def dripping(begin_ms, text):
 
 OTHERS_SENSE = ("SENSE", dict(id=9, type=2, x=1, y=2, heading=3))
 OTHERS_ANSWER = ("SENSE_ANSWER", dict(id=9, type=2, left=1, right=2))
+ITS_ANSWER = ("SENSE_ANSWER", dict(id=7, type=2, left=1, right=2))
 DAMAGED_SENSE = "10 02 09 02 01 00 02 00 03 00 55 55 10 03"
 HALT = ("COMMAND", dict(id=7, seq=1, code=1))
 OTHERS_HALT = ("COMMAND", dict(id=9, seq=1, code=1))
@@ -366,6 +367,12 @@ TRACES = [
     ("simple_draws_among_the_slots", [(0, turns(9, open_slots=8))], ["nothing 20", "SENSE 21 49"]),
     ("simple_contends_in_an_opening_of_255", [(0, turns(9, open_slots=255))],
      ["nothing 20", "SENSE 21 98"]),
+    ("simple_takes_an_opening_early",
+     [(0, turns(9, open_slots=2)), (60, ITS_ANSWER), (170, turns(9, number=2, open_slots=1))],
+     ["nothing 20", "SENSE 21 31", "nothing 190", "SENSE 191 199"]),
+    ("simple_takes_none_much_too_early",
+     [(0, turns(9, open_slots=2)), (60, ITS_ANSWER), (110, turns(9, number=2, open_slots=1))],
+     ["nothing 20", "SENSE 21 31", "nothing 1999"]),
 ]
 
 CRCS = ["", "00", "00 00 00 00", "01", "80", "FF", "10", "31 32 33 34 35 36 37 38 39",
