@@ -314,30 +314,23 @@ TEST(AttackedChannel, WithoutAnAttackerNothingIsForgedMovedOrLost) {
   }
 }
 
-// The same attacker, and everything happens that must not happen: some of it seldom.
+// The same attacker, and everything happens that must not happen. A change is lost seldom.
 TEST(AttackedChannel, OnAnUnsignedLinkTheAttackerSucceeds) {
-  Findings all;
-  for (uint64_t seed = 2; seed < 10 && all.lost_quanta == 0; ++seed) {
+  int64_t lost_quanta = 0;
+  for (uint64_t seed = 2; seed < 10 && lost_quanta == 0; ++seed) {
     Drill drill({.is_signed = false, .seed = seed}, 90'000);
     const Findings findings = drill.Go();
     Print(&drill, findings);
-    all.moved_at_nothing += findings.moved_at_nothing;
-    all.forged_intensities += findings.forged_intensities;
-    all.moved_when_halted += findings.moved_when_halted;
-    all.strange_acks += findings.strange_acks;
-    all.strange_robots += findings.strange_robots;
-    all.forged_events += findings.forged_events;
-    all.forged_quanta += findings.forged_quanta;
-    all.lost_quanta += findings.lost_quanta;
+    EXPECT_GT(findings.moved_at_nothing, 0);
+    EXPECT_GT(findings.forged_intensities, 0);
+    EXPECT_GT(findings.moved_when_halted, 0);
+    EXPECT_GT(findings.strange_acks, 0);
+    EXPECT_GT(findings.strange_robots, 0);
+    EXPECT_GT(findings.forged_events, 0);
+    EXPECT_GT(findings.forged_quanta, 0);
+    lost_quanta += findings.lost_quanta;
   }
-  EXPECT_GT(all.moved_at_nothing, 0);
-  EXPECT_GT(all.forged_intensities, 0);
-  EXPECT_GT(all.moved_when_halted, 0);
-  EXPECT_GT(all.strange_acks, 0);
-  EXPECT_GT(all.strange_robots, 0);
-  EXPECT_GT(all.forged_events, 0);
-  EXPECT_GT(all.forged_quanta, 0);
-  EXPECT_GT(all.lost_quanta, 0);
+  EXPECT_GT(lost_quanta, 0);
 }
 
 }  // namespace
