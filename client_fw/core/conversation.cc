@@ -207,7 +207,7 @@ bool Conversation::congested() const {
 
 // There may be no opening when the period is over.
 uint16_t Conversation::EarlyMs() const {
-  return kHasAdapters && medium_.rounds().OpenSlots() != 0 && !medium_.reserved()
+  return medium_.rounds().OpenSlots() != 0 && !medium_.reserved()
              ? static_cast<uint16_t>(parameters().period_ms / 4)
              : uint16_t{0};
 }

@@ -6,8 +6,6 @@ namespace pheromone {
 namespace client {
 namespace {
 
-constexpr uint8_t kLatestMs = 2;  // after its beginning a turn can still be taken
-
 // Offsets in DATA.
 constexpr uint8_t kNumberAt = protocol::OffsetOf(&protocol::Round::number);
 constexpr uint8_t kTurnAt = protocol::OffsetOf(&protocol::Round::turn_ms);
@@ -64,7 +62,7 @@ bool Rounds::Grant(const uint8_t* data, uint8_t adapter_ms) {
       before_us_ = i == 0 ? uint8_t{0} : turns[i - 1];
       before_turns_ = i > 1 && turns[i - 2] == before_us_ ? uint8_t{2} : uint8_t{1};
       timers_[kTurn] = begin_ms;
-      timers_[kTurnLate] = static_cast<uint16_t>(begin_ms + kLatestMs);
+      timers_[kTurnLate] = static_cast<uint16_t>(begin_ms + protocol::kLatestTurnMs);
     } else {
       timers_[kSecondTurn] = begin_ms;
     }
@@ -114,7 +112,7 @@ PHEROMONE_BY_POINTER Rounds::Turn Rounds::TurnDue(bool receiving) {
   if (--values_.turns != 0) {
     ++next_turn_;
     timers_[kTurn] = 0;  // directly after the first
-    timers_[kTurnLate] = static_cast<uint16_t>(timers_[kSecondTurn] + kLatestMs);
+    timers_[kTurnLate] = static_cast<uint16_t>(timers_[kSecondTurn] + protocol::kLatestTurnMs);
   }
   return late ? kMissed : kDue;
 }

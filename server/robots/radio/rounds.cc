@@ -101,10 +101,10 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
                                  [&](const Turn& it) { return it.id == message.id && !it.heard; });
   // What may have arrived before the ROUND had left is no answer's cause in the next: its robot may
   // have sent a change in the turn, which the ROUND would acknowledge, heard or not.
-  if (turn != turns_.end() && since >= sent_at_ && at <= turns_end_) {
+  if (turn != turns_.end() && since >= sent_at_ && at <= LastHeard()) {
     turn->heard = at;
     turn->answerable = message.opcode != protocol::kCommandAck;
-  } else if (opening_end_ != Time::min() && at > turns_end_) {
+  } else if (opening_end_ != Time::min() && at > LastHeard()) {
     ++exchanges_;
     greeted_ |= message.opcode == protocol::kHello;
   }
@@ -125,7 +125,7 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
 
 void Rounds::OnBytes(Time at, bool damaged) {
   last_heard_ = std::max(last_heard_, at);
-  if (at <= turns_end_) {
+  if (at <= LastHeard()) {
     if (damaged) {
       OnDamage(at);
     }
@@ -137,6 +137,11 @@ void Rounds::OnBytes(Time at, bool damaged) {
   used_ = true;
   collided_ |= damaged;
   opening_end_ = MayGoOn(at) ? at + options_.response_window + OpeningTime(open_slots_) : at;
+}
+
+// The last of the turns may have begun late. In an opening nobody is heard as soon as that.
+Time Rounds::LastHeard() const {
+  return turns_end_ + std::chrono::milliseconds(protocol::kLatestTurnMs);
 }
 
 // Of a damaged frame there may be several signs. It was in the first turn that is still open: not

@@ -135,6 +135,7 @@ class Rounds {
   size_t GiveTurns(Time now, std::vector<uint8_t> acks);
   uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
   Time FirstDue() const;
+  Time LastHeard() const;
   bool MayGoOn(Time now) const;
   bool in_bad_air() const { return air_.form() == RoundForm::kCoded; }
   void JudgeOpening(Time now);

@@ -42,6 +42,28 @@ TEST_F(RoundsTest, ARoundAnswersTheLastOneInTheOrderOfItsTurns) {
   EXPECT_TRUE(air_.dropped().empty());
 }
 
+TEST_F(RoundsTest, ATurnThatBeganLateIsAnsweredInARoundToo) {
+  Join(1, 3, 300ms);
+  for (int i = 0; i < 100; ++i) {
+    air_.contenders.push_back(Sense(200));  // so that there are openings
+  }
+  air_.last_is_late = true;
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 5s);
+  int openings = 0;
+  for (const Sent& sent : air_.sent()) {
+    if (sent.begin < from) {
+      continue;
+    }
+    for (const protocol::Message& message : sent.messages) {
+      EXPECT_TRUE(message.id == 200 || message.opcode == protocol::kRound) << int{message.id};
+    }
+    openings += sent.round() && sent.round()->turn_count != 0 && sent.round()->open_slots != 0;
+  }
+  EXPECT_GT(openings, 10);
+  EXPECT_EQ(air_.channel().counters().rounds.missed, 0u);
+}
+
 TEST_F(RoundsTest, ARobotThatWasNotHeardIsToldToSendAgain) {
   Join(1, 2, 100ms);
   air_.in_turn[2] = [] { return std::nullopt; };

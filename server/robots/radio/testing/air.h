@@ -128,6 +128,8 @@ class Air {
   std::map<uint8_t, std::function<std::optional<protocol::Message>()>> in_turn;
   /// Whether what robot `id` sends in this turn is damaged.
   std::function<bool(uint8_t id)> damages = [](uint8_t) { return false; };
+  /// Whether the last turn begins as late, and takes as long, as a turn may.
+  bool last_is_late = false;
   /// Sent by clients that contend, one in each opening.
   std::deque<protocol::Message> contenders;
   /// Whether there are always two of them, which nobody understands.
@@ -256,7 +258,11 @@ class Air {
       const auto message = robot != in_turn.end() ? robot->second() : std::nullopt;
       if (message) {
         EXPECT_LE(FrameOf(*message).size(), round.turn_bytes);
-        HearAt(TurnBegins(sent, i) + options_.timing.turnaround + Lasts(*message), *message,
+        const bool late = last_is_late && i + 1 == round.turn_count;
+        const Duration lasts = late ? std::chrono::milliseconds(protocol::kLatestTurnMs) +
+                                          round.turn_bytes * options_.timing.byte
+                                    : Lasts(*message);
+        HearAt(TurnBegins(sent, i) + options_.timing.turnaround + lasts, *message,
                damages(round.turns[i]));
       }
     }
