@@ -53,6 +53,17 @@ struct Rounds : Harness {
   uint32_t round_ms = 0;
 };
 
+template <typename T>
+T Decoded(const std::vector<uint8_t>& wire) {
+  protocol::FrameDecoder decoder(protocol::kNoGapTimeout);
+  T what;
+  bool is_one = false;
+  decoder.PushBlock(wire.data(), wire.size(), 0,
+                    [&](const auto& message) { is_one = Decode(message, &what); });
+  EXPECT_TRUE(is_one);
+  return what;
+}
+
 Parameters Tracing() {
   Parameters parameters = TestParameters();
   parameters.lay_trail = true;
@@ -115,6 +126,26 @@ TEST(RoundsTest, ARoundThatWasMissedLeavesTheRequestUnanswered) {
   EXPECT_EQ(first, harness.wire);  // byte for byte
   harness.AnswerRound({{7, 8}});
   EXPECT_EQ(7, harness.conversation.state().p_left);
+}
+
+TEST(RoundsTest, AnAnswerThatIsSaidAgainAfterAMissedRoundIsTaken) {
+  Rounds harness(Tracing());
+  harness.Greet();
+  harness.Grant({kTestId});
+  ASSERT_NE(0u, harness.TurnAfter());
+  const protocol::TraceRequest asked = Decoded<protocol::TraceRequest>(harness.wire);
+  ++harness.number;  // a ROUND that was not heard
+  const auto other = static_cast<uint8_t>(asked.seq - 1);
+  harness.FeedEncoded(protocol::TraceAnswer{kTestId, asked.type, false, other, 5, 5});
+  EXPECT_EQ(0u, harness.counters().answers);
+  harness.FeedEncoded(protocol::TraceAnswer{kTestId, asked.type, false, asked.seq, 7, 8});
+  EXPECT_EQ(1u, harness.counters().answers);
+  EXPECT_EQ(7, harness.conversation.state().p_left);
+  harness.AnswerRound({{protocol::kNoIntensities, 0}}, {kTestId});
+  EXPECT_EQ(0u, harness.counters().timeouts);
+  harness.pose.x_mm += 500;
+  ASSERT_NE(0u, harness.TurnAfter());
+  EXPECT_NE(asked.seq, Decoded<protocol::TraceRequest>(harness.wire).seq);
 }
 
 // It was heard, but is not on disk yet: the robot drives on by queries.

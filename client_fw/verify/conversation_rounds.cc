@@ -1,6 +1,8 @@
 // Answers in ROUNDs; see conversation_world.h.
+#include <algorithm>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "client_fw/verify/conversation_world.h"
 
@@ -64,6 +66,26 @@ protocol::Round ConversationWorld::Answers() const {
   return round;
 }
 
+// The intensities of them, which the server says again if the robot does not use its next turn.
+std::vector<engine::Outgoing> ConversationWorld::SaidAgain() const {
+  std::vector<engine::Outgoing> told;
+  for (const engine::Outgoing& answer : answered_) {
+    protocol::TraceAnswer trace;
+    protocol::SenseAnswer sense;
+    const bool traces = Decode(answer.message, &trace);
+    if ((!traces && !Decode(answer.message, &sense)) ||
+        answer.durable_at > (*durable_)->sequence()) {
+      continue;
+    }
+    told.push_back(answer);
+    if (traces && left_.server == ServerMutant::kSaysAgainToTheNext) {
+      ++trace.seq;
+      Encode(trace, &told.back().message);
+    }
+  }
+  return told;
+}
+
 // What the robot sends in its turn, if anything.
 std::optional<Message> ConversationWorld::TakeTurn() {
   const bool has_pose = left_.changes > 0;
@@ -94,18 +116,20 @@ void ConversationWorld::Round(const Turn& turn, bool heard, bool arrives) {
   if (left_.server == ServerMutant::kAnswersInNewOrder && turns_ != 0 && turn.place != place_) {
     std::swap(round.answers[0], round.answers[1]);
   }
+  const std::vector<engine::Outgoing> told = SaidAgain();
   turns_ = 2;
   place_ = turn.place;
   other_was_heard_ = turn.other_is_heard;
   answered_.clear();
-  if (!heard) {
-    return;
+  std::optional<Message> request;
+  if (heard) {
+    Message message;
+    Encode(round, &message);
+    Take(message);
+    request = TakeTurn();
   }
-  Message message;
-  Encode(round, &message);
-  Take(message);
-  const std::optional<Message> request = TakeTurn();
   if (!request || !arrives) {
+    std::for_each(told.begin(), told.end(), [this](const auto& answer) { Deliver(answer); });
     return;
   }
   Handle(*request, &answered_);

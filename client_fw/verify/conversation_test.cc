@@ -149,6 +149,12 @@ TEST(InRoundsMutant, ServerThatAnswersWhatIsNotDurable) {
                 "change 0 was acknowledged and is gone");
 }
 
+TEST(InRoundsMutant, ServerThatSaysAnAnswerAgainToTheNextChange) {
+  ExpectRefuted(
+      {.changes = 2, .in_flight = 1, .rounds = 4, .server = ServerMutant::kSaysAgainToTheNext},
+      "change 1 was acknowledged and is gone");
+}
+
 // Whoever still awaits a ROUND takes the answer to another robot for its own.
 TEST(InRoundsMutant, ServerWhoseNumbersAreStillAwaited) {
   ExpectRefuted({.changes = 1,

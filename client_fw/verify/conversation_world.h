@@ -41,9 +41,10 @@ enum class ServerMutant : uint8_t {
   kForgetsRobot,    ///< when another robot says HELLO
   kForgetsRequest,  ///< the last one of a robot that says HELLO with a new nonce
   // In rounds:
-  kAnswersInNewOrder,  ///< at the places of the turns that it gives, not of those before
-  kAnswersUnsynced,    ///< what is not durable yet
-  kNumbersAgain,       ///< after a crash it begins at once, with numbers that are still awaited
+  kAnswersInNewOrder,   ///< at the places of the turns that it gives, not of those before
+  kAnswersUnsynced,     ///< what is not durable yet
+  kSaysAgainToTheNext,  ///< an answer that is said again has the SEQ of the change after it
+  kNumbersAgain,        ///< after a crash it begins at once, with numbers that are still awaited
 };
 
 /// What may happen, and how often.
@@ -116,6 +117,7 @@ class ConversationWorld {
   // conversation_rounds.cc
   struct Turn;
   protocol::Round Answers() const;
+  std::vector<engine::Outgoing> SaidAgain() const;
   void Round(const Turn& turn, bool heard, bool arrives);
   void NextRounds(const Visit& visit) const;
 

@@ -43,6 +43,7 @@ std::string Describe(const capture::Replay& replay) {
                                  report.packets, report.messages, report.events, report.answers,
                                  report.answer_bytes);
   const std::pair<uint64_t, const char*> rest[] = {
+      {report.said_again, "sent again"},
       {report.dropped, "never sent"},
       {report.from_before, "from before the recording"},
       {report.under_way, "in flight at the end"}};

@@ -309,6 +309,11 @@ void Channel::AppendRound(Time now, Transmission* out) {
     }
   }
   const Rounds::Composed composed = rounds_.Compose(now, acks);
+  for (const protocol::Message& answer : composed.again) {
+    if (const auto sealed = Sealed(answer)) {
+      AppendBytes(*sealed, out);
+    }
+  }
   for (const protocol::Message& answer : composed.answers) {
     const size_t begin = out->bytes.size();
     const Frame frame{answer, FrameOf(answer), std::nullopt};

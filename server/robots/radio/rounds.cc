@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "protocol/coded_frame.h"
@@ -28,8 +29,9 @@ constexpr int kShorterFrames = 16;
 constexpr double kAccident = 0.001;
 constexpr int kLeastPatience = 4;
 constexpr int kMostPatience = 24;
-constexpr int kLongestWait = 10;  // periods
-constexpr int kInTime = 6;        // requests, after one that was told busy
+constexpr int kLongestWait = 10;   // periods
+constexpr int kInTime = 6;         // requests, after one that was told busy
+constexpr int kMissesTheForm = 2;  // turns in succession
 constexpr Duration kForgotten = 30s;
 constexpr Duration kOtherIsPresent = 5s;
 constexpr Duration kTheirAdapter = 16ms;
@@ -268,8 +270,22 @@ void Rounds::CountLate(const Turn& turn, Robot* robot) {
   robot->late = waits ? kInTime : std::max(0, robot->late - 1);
 }
 
+// From a robot's turn to its next one, so that it has an answer to steer by in each period: some
+// are lost, and only every second one is of use while changes are late.
+Duration Rounds::Interval(const Robot& robot) const {
+  if (robot.late != 0) {
+    return robot.period / 2;
+  }
+  const double arrives = 1 - robot.reception.LostOf(air_.form());
+  return std::chrono::duration_cast<Duration>(arrives * robot.period);
+}
+
 // Who was heard in the last round, and when each is due again.
 void Rounds::CountTurns(Time now) {
+  // A ROUND that nobody received has collided, and says nothing of the air.
+  const bool all_missed =
+      turns_.size() > 2 && std::none_of(turns_.begin(), turns_.end(),
+                                        [](const Turn& it) { return it.heard || it.damaged; });
   for (const Turn& turn : turns_) {
     const auto found = robots_.find(turn.id);
     if (found == robots_.end() || turn.for_ack) {
@@ -283,16 +299,13 @@ void Rounds::CountTurns(Time now) {
     if (request != turns_.end()) {
       robot.more_bytes = 0;
       CountLate(*request, &robot);
-      // Only every second answer is one to steer by while changes are late: twice as many are due,
-      // or the robot would stop where two of its periods are longer than its fail-safe.
-      const Duration period = robot.late != 0 ? robot.period / 2 : robot.period;
-      robot.due = std::max(robot.due + period, *request->heard);  // nothing is caught up
+      robot.due = std::max(robot.due + Interval(robot), *request->heard);  // nothing is caught up
       CountHeard(&robot);
     } else if (turn.damaged) {
       CountHeard(&robot);  // it is there, and still due
     } else {
       ++counters_.missed;
-      CountMissed(&robot, now);
+      CountMissed(&robot, all_missed, now);
       if (now - robot.heard > kForgotten) {
         robots_.erase(found);
       }
@@ -316,8 +329,10 @@ void Rounds::CountHeard(Robot* robot) {
   robot->misses = 0;
 }
 
-void Rounds::CountMissed(Robot* robot, Time now) {
-  ++robot->unused[static_cast<size_t>(form_)];
+void Rounds::CountMissed(Robot* robot, bool all_missed, Time now) {
+  if (!all_missed) {
+    ++robot->unused[static_cast<size_t>(form_)];
+  }
   const int over = ++robot->misses - PatienceFor(robot->reception.LostOf(air_.form()));
   if (over < 0) {
     return;  // still due
@@ -326,7 +341,8 @@ void Rounds::CountMissed(Robot* robot, Time now) {
   robot->due = now + robot->period * std::min(1 << std::min(over, 4), kLongestWait);
 }
 
-// Those who are due, in equal parts if there are too many for one round.
+// Those who are due. If there are too many for one round, these are equal parts; in bad air as many
+// as it holds: it is known of more robots whether they received their answers.
 std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   std::vector<std::pair<Time, uint8_t>> due;
   bool any = false;
@@ -347,7 +363,8 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   }
   std::sort(due.begin(), due.end());
   const size_t rounds = (due.size() + most - 1) / most;
-  const size_t share = (due.size() + rounds - 1) / rounds;
+  const size_t share =
+      in_bad_air() ? std::min(most, due.size()) : (due.size() + rounds - 1) / rounds;
   std::vector<uint8_t> chosen;
   for (size_t i = 0; i < share; ++i) {
     chosen.push_back(due[i].second);
@@ -490,6 +507,7 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
     }
     round.answers[round.answer_count++] = entry;
   }
+  Repeat(&composed);
   CountTurns(now);
   form_ = air_.Choose([this](const auto& use) {
     for (const auto& [id, robot] : robots_) {
@@ -502,8 +520,8 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   turns_.clear();
   active_ &= !robots_.empty();
   const size_t bytes = std::min(GiveTurns(now, acks), MostBytes());
-  if (now >= next_opening_ && number_ % 4 == 0) {
-    form_ = RoundForm::kCoded;  // for newcomers, who may be in worse air
+  if ((now >= next_opening_ && number_ % 4 == 0) || IsForOneThatMisses()) {
+    form_ = RoundForm::kCoded;  // for newcomers and others who may be in worse air
   }
   turn_ = TurnTime(bytes);
   round.turn_ms = static_cast<uint8_t>(turn_ / 1ms);
@@ -529,6 +547,31 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   Encode(round, &composed.round);
   OnSent(now);
   return composed;
+}
+
+// A robot that did not use its turn has missed the ROUND that granted it, and its answer in that.
+// It still awaits it, unless its request was lost without a trace: the answer to a change has the
+// change's SEQ, and that to a SENSE is newer than what the robot steers by.
+void Rounds::Repeat(Composed* composed) {
+  for (const protocol::Message& answer : told_) {
+    const auto is_its = [&](const Turn& it) { return it.id == answer.id; };
+    const auto is_used = [&](const Turn& it) { return is_its(it) && (it.heard || it.damaged); };
+    if (std::any_of(turns_.begin(), turns_.end(), is_its) &&
+        std::none_of(turns_.begin(), turns_.end(), is_used)) {
+      composed->again.push_back(answer);
+    }
+  }
+  told_.clear();
+  std::copy_if(composed->in_round.begin(), composed->in_round.end(), std::back_inserter(told_),
+               [](const auto& it) { return InRound(it)->left != protocol::kNoIntensities; });
+}
+
+// Whether the ROUND has a turn for somebody who did not receive the last ones.
+bool Rounds::IsForOneThatMisses() const {
+  return std::any_of(turns_.begin(), turns_.end(), [this](const Turn& it) {
+    const auto robot = robots_.find(it.id);
+    return robot != robots_.end() && robot->second.misses >= kMissesTheForm;
+  });
 }
 
 void Rounds::OnSent(Time end) {

@@ -88,6 +88,7 @@ class Rounds {
   Time NextRound() const;
   /// What is sent as one transmission.
   struct Composed {
+    std::vector<protocol::Message> again;     ///< that the last ROUND had; to be sent first
     std::vector<protocol::Message> answers;   ///< that are not two intensities; before the ROUND
     std::vector<protocol::Message> in_round;  ///< that the ROUND has
     protocol::Message round;
@@ -128,11 +129,14 @@ class Rounds {
   void OnDamage(Time at);
   void CountUnused(Robot* robot);
   void CountHeard(Robot* robot);
-  void CountMissed(Robot* robot, Time now);
+  void CountMissed(Robot* robot, bool all_missed, Time now);
+  Duration Interval(const Robot& robot) const;
   void CountTurns(Time now);
   static void CountLate(const Turn& turn, Robot* robot);
   std::vector<uint8_t> Choose(Time now, size_t most);
   size_t GiveTurns(Time now, std::vector<uint8_t> acks);
+  void Repeat(Composed* composed);
+  bool IsForOneThatMisses() const;
   uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
   Time FirstDue() const;
   Time LastHeard() const;
@@ -151,9 +155,10 @@ class Rounds {
 
   const ChannelOptions options_;
   std::map<uint8_t, Robot> robots_;
-  std::map<uint8_t, Time> others_;     // when clients without turns were last heard
-  std::array<uint8_t, 256> wished_{};  // periods in the last HELLO of each
-  std::vector<Turn> turns_;            // of the round in progress
+  std::map<uint8_t, Time> others_;       // when clients without turns were last heard
+  std::array<uint8_t, 256> wished_{};    // periods in the last HELLO of each
+  std::vector<Turn> turns_;              // of the round in progress
+  std::vector<protocol::Message> told_;  // the answers of intensities in its ROUND
   bool active_ = false;
   Time addressed_until_ = Time::min();  // answers are not in the ROUND
   std::optional<Time> begin_;  // of the first ROUND at the earliest; empty: there was no HELLO

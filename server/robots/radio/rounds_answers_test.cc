@@ -223,6 +223,40 @@ TEST_F(RoundsTest, AnAnswerThatIsNoIntensitiesIsAFrameOfItsOwnBeforeTheRound) {
   EXPECT_GE(answers[2], 4);
 }
 
+// Of six turns in succession, robot 2 is silent in the third and fourth, and damaged in the last:
+// it was told the answer to the second one in a ROUND that it missed.
+TEST_F(RoundsTest, AnAnswerWhoseRoundWasMissedIsSaidOnceMore) {
+  Join(1, 8, 100ms);  // more than the channel carries
+  int16_t turn = 0;
+  air_.in_turn[2] = [&turn]() -> std::optional<protocol::Message> {
+    ++turn;
+    return turn % 6 == 3 || turn % 6 == 4 ? std::nullopt : std::optional(Sense(2, turn));
+  };
+  air_.damages = [&turn](uint8_t id) { return id == 2 && turn % 6 == 0; };
+  air_.in_turn[3] = [asked = 0]() mutable -> std::optional<protocol::Message> {
+    return ++asked % 6 == 3
+               ? std::nullopt  // of an ERROR, it is not said which request it answers
+               : std::optional(MessageOf(protocol::SenseRequest{3, 9, false, {0, 0, 0}}));
+  };
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 10s);
+  int said_again = 0;
+  for (const Sent& sent : air_.sent()) {
+    for (const protocol::Message& message : sent.messages) {
+      protocol::SenseAnswer answer;
+      if (sent.begin >= from && Decode(message, &answer)) {
+        ASSERT_EQ(answer.id, 2);
+        ASSERT_EQ(answer.right, 6 * said_again + 2);
+        ++said_again;
+      } else if (sent.begin >= from) {
+        ASSERT_EQ(message.opcode, protocol::kRound);
+      }
+    }
+  }
+  EXPECT_GT(said_again, 5);
+  EXPECT_NEAR(said_again, turn / 6.0, 1.0);
+}
+
 TEST_F(RoundsTest, AnAnswerThatTakesTooLongIsLeftToTheNextRequest) {
   Join(1, 2, 200ms);
   air_.processing = 150ms;

@@ -234,11 +234,76 @@ TEST_F(BadAirTest, OpeningsWidenWhileNewcomersCollide) {
   EXPECT_GE(widest, 16);
 }
 
+TEST_F(BadAirTest, RoundsAreAsLongAsTheyMayBe) {
+  const Time from = air_.now();
+  for (int id = 9; id <= 16; ++id) {
+    const auto as_id = static_cast<uint8_t>(id);
+    air_.in_turn[as_id] = [as_id] { return Sense(as_id); };
+    air_.contenders.push_back(Hello(as_id, 200ms));
+  }
+  air_.AdvanceTo(from + 20s);
+  ASSERT_TRUE(air_.contenders.empty());
+  std::map<int, int> sizes;
+  for (const protocol::Round& round : air_.Rounds(air_.now() - 10s)) {
+    ++sizes[round.turn_count];
+  }
+  EXPECT_GT(sizes[protocol::kMaxTurns], 20);
+  EXPECT_EQ(sizes[8], 0);
+}
+
 TEST_F(BadAirTest, WhereRobotsDoNotReceiveThemRoundsAreCoded) {
   const RoundCounters before = air_.channel().counters().rounds;
   air_.AdvanceTo(air_.now() + 20s);
   const RoundCounters after = air_.channel().counters().rounds;
   EXPECT_GT(after.coded - before.coded, (after.rounds - before.rounds) * 9 / 10);
+}
+
+TEST_F(RoundsTest, WhoseRequestsAreLostIsAskedMoreOften) {
+  Join(1, 2, 400ms);
+  for (const uint8_t id : {uint8_t{1}, uint8_t{2}}) {
+    air_.in_turn[id] = [id, turn = 0]() mutable {
+      return ++turn % 4 == 0 ? std::nullopt : std::optional(Sense(id));
+    };
+  }
+  air_.AdvanceTo(air_.now() + 20s);
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 40s);
+  // Three turns in 3 * 300 ms, and the fourth at once.
+  EXPECT_NEAR(static_cast<double>(TurnsOf(1, from)), 178.0, 12.0);
+}
+
+TEST_F(RoundsTest, WhoMissedTwoIsAskedByCodedRounds) {
+  Join(1, 8, 200ms);
+  RoundCounters last = air_.channel().counters().rounds;
+  std::vector<bool> coded;
+  air_.in_turn[8] = [&]() -> std::optional<protocol::Message> {
+    const RoundCounters counters = air_.channel().counters().rounds;
+    coded.push_back(counters.coded != last.coded);
+    last = counters;
+    return coded.back() ? std::optional(Sense(8)) : std::nullopt;
+  };
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 30s);
+  for (size_t i = 2; i < coded.size(); ++i) {
+    ASSERT_TRUE(coded[i] || coded[i - 1] || coded[i - 2]) << i;
+  }
+  EXPECT_GT(TurnsOf(1, from), 110u) << "of 150";
+}
+
+// Two in succession of eight, after which coded ones are tried.
+TEST_F(RoundsTest, RoundsThatAllHaveMissedSayNothingOfTheAir) {
+  Join(1, 8, 200ms);
+  for (auto& [id, message] : air_.in_turn) {
+    message = [this, as_id = id]() -> std::optional<protocol::Message> {
+      return air_.channel().counters().rounds.rounds % 8 < 2 ? std::nullopt
+                                                             : std::optional(Sense(as_id));
+    };
+  }
+  air_.AdvanceTo(air_.now() + 20s);
+  const RoundCounters before = air_.channel().counters().rounds;
+  air_.AdvanceTo(air_.now() + 20s);
+  const RoundCounters after = air_.channel().counters().rounds;
+  EXPECT_LT(after.coded - before.coded, (after.rounds - before.rounds) / 4);
 }
 
 // It is there, and its next turn may be whole.

@@ -56,6 +56,7 @@ bool InFlight::TakeExactly(const Sent& sent) {
     return false;
   }
   if (sent.message.id != protocol::kBroadcastId) {
+    last_[found->first] = *at;
     queue.erase(at);
     if (queue.empty()) {
       waiting_.erase(found);
@@ -72,6 +73,7 @@ bool InFlight::TakeFor(engine::LinkIndex link, uint8_t id, const protocol::Round
     const auto at = std::find_if(queue.begin(), queue.end(),
                                  [&](const auto& message) { return StandsFor(answer, message); });
     if (at != queue.end()) {
+      last_[it->first] = *at;
       queue.erase(at);
       if (queue.empty()) {
         waiting_.erase(it);
@@ -80,6 +82,12 @@ bool InFlight::TakeFor(engine::LinkIndex link, uint8_t id, const protocol::Round
     }
   }
   return false;
+}
+
+bool InFlight::WasLast(const Sent& sent) const {
+  const auto last = last_.find({sent.link, sent.message.id});
+  return last != last_.end() && (Same(last->second, sent.message) ||
+                                 Same(last->second, protocol::WithoutSignature(sent.message)));
 }
 
 size_t InFlight::Count(const Sent& sent) const {

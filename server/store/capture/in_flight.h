@@ -40,6 +40,10 @@ class InFlight {
   /// ID first. False if there is none.
   bool TakeFor(engine::LinkIndex link, uint8_t id, const protocol::RoundAnswer& answer);
 
+  /// Whether it is what was taken last of this robot's messages. In bad air the link sends such a
+  /// message once more (protocol/README.md, section 9).
+  bool WasLast(const Sent& sent) const;
+
   /// The number of copies in flight.
   size_t Count(const Sent& sent) const;
 
@@ -56,6 +60,7 @@ class InFlight {
   bool TakeExactly(const Sent& sent);
 
   std::map<std::pair<engine::LinkIndex, uint8_t>, std::deque<protocol::Message>> waiting_;
+  std::map<std::pair<engine::LinkIndex, uint8_t>, protocol::Message> last_;  // that were taken
 };
 
 }  // namespace pheromone::capture

@@ -223,7 +223,7 @@ void Recorder::Take(const Connection& line, const protocol::Message& written,
     for (const auto& answer : rounds_.Take(line.link, line.connection, round, &in_flight_)) {
       unknown.push_back({line.link, WrittenRounds::MessageOf(answer)});
     }
-  } else if (!in_flight_.Take({line.link, written})) {
+  } else if (!in_flight_.Take({line.link, written}) && !in_flight_.WasLast({line.link, written})) {
     unknown.push_back({line.link, written});
   }
   for (const Sent& sent : unknown) {

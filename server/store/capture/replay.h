@@ -38,6 +38,7 @@ struct ReplayReport {
   uint64_t events = 0;    ///< that did not come from robots
   uint64_t answers = 0;   ///< messages written to robots, as frames or in a ROUND
   uint64_t answer_bytes = 0;
+  uint64_t said_again = 0;   ///< in bad air; not counted as answers
   uint64_t dropped = 0;      ///< given, but never written, as recorded
   uint64_t from_before = 0;  ///< written, but given before the recording began
   uint64_t under_way = 0;    ///< in flight at the end
@@ -82,7 +83,8 @@ class Replay {
   std::string On(const End& end);
 
   std::string TakeWritten(const Packet& packet);
-  std::string TakeMessage(const Packet& packet, const protocol::Message& message);
+  std::string TakeMessage(const Packet& packet, const protocol::Message& message,
+                          bool turns_are_known);
   std::string TakeRound(const Packet& packet, const protocol::Round& round);
   std::string Expected(engine::LinkIndex link, uint8_t id) const;
   std::string TakeOne(const Batch& batch, const Handled& handled);

@@ -36,6 +36,11 @@ std::vector<WrittenRounds::Answer> WrittenRounds::Take(engine::LinkIndex link, u
   return missing;
 }
 
+bool WrittenRounds::Knows(engine::LinkIndex link, uint32_t connection) const {
+  const auto turns = turns_.find(link);
+  return turns != turns_.end() && turns->second.connection == connection;
+}
+
 protocol::Message WrittenRounds::MessageOf(const Answer& answer) {
   protocol::Message message;
   const protocol::RoundAnswer& values = answer.values;

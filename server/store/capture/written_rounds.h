@@ -36,6 +36,8 @@ class WrittenRounds {
   /// Returns the others, but not those of unknown robots, which may be from before the recording.
   std::vector<Answer> Take(engine::LinkIndex link, uint32_t connection,
                            const protocol::Round& round, InFlight* in_flight);
+  /// Whether there was a ROUND of that connection, so that it is known whom the next one answers.
+  bool Knows(engine::LinkIndex link, uint32_t connection) const;
   /// How many messages were taken.
   uint64_t taken() const { return taken_; }
 

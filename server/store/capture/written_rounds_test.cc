@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <thread>
 
+#include "protocol/coded_frame.h"
 #include "server/store/capture/testing/live.h"
 
 namespace pheromone::capture {
@@ -50,8 +52,8 @@ class RoundsRecording : public testing::RecordingTest {
   RoundsRecording() : live_(folder_, SmallConfig()) { live_.slow = true; }
 
   /// Writes a ROUND with the answers to the robots of the last one that wait; the other answers
-  /// that wait are frames before it.
-  void WriteRound(const std::vector<uint8_t>& turns) {
+  /// that wait are frames before it, after `block`.
+  void WriteRound(const std::vector<uint8_t>& turns, std::string block = "") {
     std::vector<protocol::Message>& queue = live_.conversations[0].queue;
     protocol::Round round;
     round.number = ++number_;
@@ -68,11 +70,25 @@ class RoundsRecording : public testing::RecordingTest {
       round.turns[round.turn_count++] = id;
     }
     turns_ = turns;
-    std::string block;
     for (const protocol::Message& message : std::exchange(queue, {})) {
       block += FrameOf(message);
     }
-    Write(block + FrameOf(engine::testing::MessageOf(round)));
+    const protocol::Message message = engine::testing::MessageOf(round);
+    Write(block + (is_coded_ ? CodedFrameOf(message) : FrameOf(message)));
+  }
+
+  static std::string CodedFrameOf(const protocol::Message& message) {
+    std::array<uint8_t, protocol::kMaxCoded> frame{};
+    return {frame.begin(), frame.begin() + protocol::EncodeCoded(message, frame.data())};
+  }
+
+  /// The answer to that robot that waits.
+  protocol::Message QueuedFor(uint8_t id) {
+    const std::vector<protocol::Message>& queue = live_.conversations[0].queue;
+    const auto at = std::find_if(queue.begin(), queue.end(),
+                                 [id](const auto& message) { return message.id == id; });
+    EXPECT_NE(at, queue.end());
+    return at != queue.end() ? *at : protocol::Message();
   }
 
   void Write(const std::string& block) {
@@ -128,6 +144,7 @@ class RoundsRecording : public testing::RecordingTest {
   }
 
   Live live_;
+  bool is_coded_ = false;
   uint8_t number_ = 0;
   std::vector<uint8_t> turns_;
 };
@@ -285,6 +302,64 @@ TEST_F(RoundsRecording, AFileMayEndBetweenTwoRounds) {
   }
   EXPECT_EQ(report.under_way, 0u);
   EXPECT_EQ(replayed, answers);
+}
+
+// Bad air (protocol/README.md, section 9): ROUNDs are coded, an answer of its own goes out twice
+// before them, and one whose ROUND its robot missed once more.
+TEST_F(RoundsRecording, WhatIsSaidAgainInBadAirIsReplayed) {
+  ASSERT_TRUE(live_.Record().ok());
+  Join();
+  is_coded_ = true;
+  live_.Hear(0, FrameOf(Hello(1, 1)));
+  live_.Hear(0, FrameOf(Trace(2, 1)));
+  const protocol::Message trace = QueuedFor(2);
+  const std::string hello = FrameOf(QueuedFor(1));
+  Write(hello);
+  WriteRound({1, 2});
+  live_.Hear(0, FrameOf(Sense(1)));
+  Write(FrameOf(trace));
+  WriteRound({1, 2});
+  ReplayReport report;
+  EXPECT_EQ(ReplayError(FileOf(Finish()), &report), "");
+  EXPECT_EQ(report.answers, 2u + 3u);
+  EXPECT_EQ(report.said_again, 2u);
+  EXPECT_EQ(report.under_way, 0u);
+}
+
+TEST_F(RoundsRecording, AnotherAnswerThanTheLastIsNotSaidAgain) {
+  ASSERT_TRUE(live_.Record().ok());
+  Join();
+  std::vector<protocol::Message> told;
+  for (uint8_t seq = 1; seq <= 2; ++seq) {
+    live_.Hear(0, FrameOf(Trace(1, seq)));
+    told.push_back(QueuedFor(1));
+    WriteRound({1, 2});
+  }
+  live_.now_ms += Recorder::kStillFromBeforeNs / 1'000'000;
+  Write(FrameOf(told[0]));
+  EXPECT_THAT(ReplayError(FileOf(Finish())), HasSubstr("expected nothing for robot 1"));
+}
+
+// The next file begins after the ROUND that had the answer.
+TEST_F(RoundsRecording, WhatIsSaidAgainInTheNextFileIsReplayed) {
+  live_.options.file_bytes = 1;
+  live_.options.most_files = 0;
+  ASSERT_TRUE(live_.Record().ok());
+  Join();
+  for (uint8_t seq = 1; live_.recorder().status().files < 4; ++seq) {
+    live_.now_ms += 100;
+    live_.Hear(0, FrameOf(Trace(1, seq)));
+    const std::string trace = FrameOf(QueuedFor(1));
+    WriteRound({1, 2});
+    while (!live_.recorder().status().written) {
+      std::this_thread::yield();
+    }
+    WriteRound({1, 2}, trace);
+  }
+  live_.Finish();
+  for (const std::string& file : live_.Files()) {
+    EXPECT_EQ(ReplayError(file), "");
+  }
 }
 
 TEST_F(RoundsRecording, ANewConnectionKnowsNothingOfTheTurnsBefore) {
