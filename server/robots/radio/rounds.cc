@@ -341,8 +341,7 @@ void Rounds::CountMissed(Robot* robot, bool all_missed, Time now) {
   robot->due = now + robot->period * std::min(1 << std::min(over, 4), kLongestWait);
 }
 
-// Those who are due. If there are too many for one round, these are equal parts; where answers are
-// lost as many as it holds: it is known of more robots whether they received theirs.
+// Those who are due, in equal parts if there are too many for one round.
 std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   std::vector<std::pair<Time, uint8_t>> due;
   bool any = false;
@@ -363,10 +362,7 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   }
   std::sort(due.begin(), due.end());
   const size_t rounds = (due.size() + most - 1) / most;
-  const bool some_miss = std::any_of(robots_.begin(), robots_.end(),
-                                     [](const auto& it) { return it.second.misses != 0; });
-  const size_t share =
-      in_bad_air() && some_miss ? std::min(most, due.size()) : (due.size() + rounds - 1) / rounds;
+  const size_t share = (due.size() + rounds - 1) / rounds;
   std::vector<uint8_t> chosen;
   for (size_t i = 0; i < share; ++i) {
     chosen.push_back(due[i].second);

@@ -234,33 +234,6 @@ TEST_F(BadAirTest, OpeningsWidenWhileNewcomersCollide) {
   EXPECT_GE(widest, 16);
 }
 
-TEST_F(BadAirTest, WhereAnswersAreLostRoundsAreAsLongAsTheyMayBe) {
-  const Time from = air_.now();
-  for (int id = 9; id <= 16; ++id) {
-    const auto as_id = static_cast<uint8_t>(id);
-    air_.in_turn[as_id] = [as_id, turn = id]() mutable {
-      return ++turn % 4 == 0 ? std::nullopt : std::optional(Sense(as_id));
-    };
-    air_.contenders.push_back(Hello(as_id, 200ms));
-  }
-  air_.AdvanceTo(from + 20s);
-  ASSERT_TRUE(air_.contenders.empty());
-  std::map<int, int> sizes;
-  for (const protocol::Round& round : air_.Rounds(air_.now() - 10s)) {
-    ++sizes[round.turn_count];
-  }
-  EXPECT_GT(sizes[protocol::kMaxTurns], 20);
-  EXPECT_GT(sizes[protocol::kMaxTurns], 3 * sizes[8]);
-
-  for (auto& [id, message] : air_.in_turn) {
-    message = [as_id = id] { return Sense(as_id); };
-  }
-  air_.AdvanceTo(air_.now() + 1s);
-  for (const protocol::Round& round : air_.Rounds(air_.now() - 500ms)) {
-    EXPECT_EQ(round.turn_count, 8) << "of 16";
-  }
-}
-
 TEST_F(BadAirTest, WhereRobotsDoNotReceiveThemRoundsAreCoded) {
   const RoundCounters before = air_.channel().counters().rounds;
   air_.AdvanceTo(air_.now() + 20s);
