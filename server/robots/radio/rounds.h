@@ -9,7 +9,8 @@
 // A robot joins by a HELLO that tells how often it wants a turn. Robots are given turns in the
 // order in which they are due, so that a parked robot does not cost what a fast one does. One that
 // misses more turns than the air explains is asked less and less often, after half a minute no
-// more. In bad air ROUNDs are coded (air_quality.h).
+// more. In bad air ROUNDs are coded (air_quality.h); an answer whose ROUND its robot seems to have
+// missed is said again.
 //
 // After its turns, a round may be open: whoever has no turn contends for the channel, newcomers,
 // robots with an EVENT, and clients that only contend. While every opening is used, each round has
