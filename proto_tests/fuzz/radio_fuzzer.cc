@@ -158,6 +158,9 @@ class Driver {
     channel_.Hear(bytes, now_, now_, &messages);
     for (const protocol::Message& message : messages) {
       ++heard_[message.id];
+      if (now_ >= sent_at_) {
+        told_.erase(message.id);  // it has received the ROUND
+      }
       requests_.push_back({message, now_});
     }
     while (requests_.size() > kMaxRequests) {
@@ -259,6 +262,9 @@ class Driver {
       if (has_round && i != 0 && Same(messages[i], messages[i - 1])) {
         continue;  // before a coded ROUND, an answer goes out twice
       }
+      if (has_round && TakeSaidAgain(messages[i])) {
+        continue;
+      }
       const auto asked_at = TakeExact(messages[i]);
       if (asked_at && options_.half_duplex && !has_round) {
         Require(now_ >= *asked_at + options_.timing.EarliestAnswer());
@@ -283,6 +289,12 @@ class Driver {
       }
     }
     number_ = round.number;
+    told_.clear();
+    for (size_t i = 0; i < turns_.size(); ++i) {
+      if (round.answers[i].left != protocol::kNoIntensities) {
+        told_.emplace(turns_[i], round.answers[i]);
+      }
+    }
     turns_.assign(round.turns, round.turns + round.turn_count);
     heard_.clear();
     const Duration turn = round.turn_ms * 1ms;
@@ -292,6 +304,23 @@ class Driver {
     if (!turns_.empty()) {
       reserved_until_ += protocol::kBeforeTurnsMs * 1ms + round.turn_count * turn;
     }
+  }
+
+  // Intensities of the last ROUND, once, to a robot that had a turn in it and was not heard.
+  bool TakeSaidAgain(const protocol::Message& message) {
+    protocol::SenseAnswer sense;
+    if (!Decode(message, &sense) || std::count(turns_.begin(), turns_.end(), message.id) == 0) {
+      return false;
+    }
+    const auto told = std::find_if(told_.begin(), told_.end(), [&](const auto& it) {
+      return it.first == message.id && it.second.left == sense.left &&
+             it.second.right == sense.right;
+    });
+    if (told == told_.end()) {
+      return false;
+    }
+    told_.erase(told);
+    return true;
   }
 
   // Whether each robot has been heard as often as it was given a turn.
@@ -336,8 +365,9 @@ class Driver {
   std::deque<Request> requests_;
   std::deque<Waiting> waiting_;
   size_t waiting_bytes_ = 0;
-  std::vector<uint8_t> turns_;    // of the last ROUND
-  std::map<uint8_t, int> heard_;  // since then, by ID
+  std::vector<uint8_t> turns_;                          // of the last ROUND
+  std::multimap<uint8_t, protocol::RoundAnswer> told_;  // the intensities in it
+  std::map<uint8_t, int> heard_;                        // since then, by ID
   Time sent_at_{};
   Time reserved_until_{};
   uint16_t unique_ = 0;

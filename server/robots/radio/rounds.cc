@@ -215,7 +215,7 @@ void Rounds::Join(uint8_t id, Time now) {
   Robot& robot = robots_[id];
   robot.period = wished_[id] * kPeriodUnit;
   robot.due = due;
-  robot.heard = now;
+  robot.heard = std::max(robot.heard, now);
   robot.misses = 0;
   others_.erase(id);
   if (!active_ && robots_.size() > 1) {
@@ -552,10 +552,12 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
 // change's SEQ, and that to a SENSE is newer than what the robot steers by.
 void Rounds::Repeat(Composed* composed) {
   for (const protocol::Message& answer : told_) {
-    const auto is_its = [&](const Turn& it) { return it.id == answer.id; };
-    const auto is_used = [&](const Turn& it) { return is_its(it) && (it.heard || it.damaged); };
-    if (std::any_of(turns_.begin(), turns_.end(), is_its) &&
-        std::none_of(turns_.begin(), turns_.end(), is_used)) {
+    const auto robot = robots_.find(answer.id);
+    const auto turn = std::find_if(turns_.begin(), turns_.end(),
+                                   [&](const Turn& it) { return it.id == answer.id; });
+    const auto is_damaged = [&](const Turn& it) { return it.id == answer.id && it.damaged; };
+    if (robot != robots_.end() && robot->second.heard < sent_at_ && turn != turns_.end() &&
+        std::none_of(turn, turns_.end(), is_damaged)) {
       composed->again.push_back(answer);
     }
   }
