@@ -5,7 +5,8 @@
 //   const RoundForm form = air.Choose(robots);
 //
 // A robot that did not use its turn has not received the ROUND that granted it. An answer takes two
-// ROUNDs, so a form is worth to a robot its rate times the square of the share that arrives there.
+// ROUNDs, so a form is worth to a robot its rate times the square of the share that arrives there:
+// somewhat more, as an answer may be said again, but an exponent of 1.5 chose no better.
 // The form is chosen for which the product of this over all robots is greater (proportional
 // fairness): one robot in bad air counts, but not more than all others. The other form is tried now
 // and then where it may be better. No clock; not thread-safe.

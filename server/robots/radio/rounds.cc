@@ -305,7 +305,8 @@ void Rounds::CountTurns(Time now) {
       CountHeard(&robot);  // it is there, and still due
     } else {
       ++counters_.missed;
-      CountMissed(&robot, all_missed, now);
+      robot.unused[static_cast<size_t>(form_)] += all_missed ? 0 : 1;
+      CountMissed(&robot, now);
       if (now - robot.heard > kForgotten) {
         robots_.erase(found);
       }
@@ -329,10 +330,7 @@ void Rounds::CountHeard(Robot* robot) {
   robot->misses = 0;
 }
 
-void Rounds::CountMissed(Robot* robot, bool all_missed, Time now) {
-  if (!all_missed) {
-    ++robot->unused[static_cast<size_t>(form_)];
-  }
+void Rounds::CountMissed(Robot* robot, Time now) {
   const int over = ++robot->misses - PatienceFor(robot->reception.LostOf(air_.form()));
   if (over < 0) {
     return;  // still due

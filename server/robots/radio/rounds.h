@@ -89,7 +89,7 @@ class Rounds {
   Time NextRound() const;
   /// What is sent as one transmission.
   struct Composed {
-    std::vector<protocol::Message> again;     ///< that the last ROUND had; to be sent first
+    std::vector<protocol::Message> again;     ///< that the last ROUND had; once, before the others
     std::vector<protocol::Message> answers;   ///< that are not two intensities; before the ROUND
     std::vector<protocol::Message> in_round;  ///< that the ROUND has
     protocol::Message round;
@@ -130,7 +130,7 @@ class Rounds {
   void OnDamage(Time at);
   void CountUnused(Robot* robot);
   void CountHeard(Robot* robot);
-  void CountMissed(Robot* robot, bool all_missed, Time now);
+  void CountMissed(Robot* robot, Time now);
   Duration Interval(const Robot& robot) const;
   void CountTurns(Time now);
   static void CountLate(const Turn& turn, Robot* robot);

@@ -42,13 +42,11 @@ std::string CodedFrameOf(const protocol::Message& message) {
 void RemoveFrame(const protocol::Message& message, std::string_view* bytes) {
   const bool may_be_coded =
       message.opcode == protocol::kRound || message.opcode == protocol::kHelloAnswer;
-  for (const std::string& frame :
-       {FrameOf(message), may_be_coded ? CodedFrameOf(message) : std::string()}) {
-    if (!frame.empty() && bytes->starts_with(frame)) {
-      bytes->remove_prefix(frame.size());
-      return;
-    }
+  std::string frame = FrameOf(message);
+  if (may_be_coded && !bytes->starts_with(frame)) {
+    frame = CodedFrameOf(message);
   }
+  bytes->remove_prefix(bytes->starts_with(frame) ? frame.size() : 0);
 }
 
 bool IsIntensities(const protocol::Message& message) {
