@@ -44,7 +44,7 @@ std::string OnlyIf(bool meaningful, double value, int digits) {
 
 // The end of the bin of a link table that holds `ms`.
 int64_t BinEnd(int64_t ms) {
-  constexpr int64_t kWidthMs = 20;
+  constexpr int64_t kWidthMs = 10;
   constexpr int64_t kEvenUntilMs = 1'000;
   int64_t end_ms = (ms + kWidthMs - 1) / kWidthMs * kWidthMs;
   if (ms > kEvenUntilMs) {

@@ -26,7 +26,7 @@ std::string ToJson(const ChannelSummary& row);
 std::string GapsToCsv(const std::vector<ChannelSummary>& rows);
 
 /// What a link has to know that is modelled by measured rounds (client_fw/lab/link): how often gaps
-/// and pose ages of so many ms were found, all of each row. Bins are 20 ms wide up to a second,
+/// and pose ages of so many ms were found, all of each row. Bins are 10 ms wide up to a second,
 /// then by a tenth wider than the one before; of each the least and the greatest that was found.
 std::string LinkTableToCsv(const std::vector<ChannelSummary>& rows);
 
