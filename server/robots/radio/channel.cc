@@ -80,6 +80,7 @@ void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
     messages->push_back(message);
     if (options_.half_duplex) {
       rounds_.OnHeard(message, now, since);
+      DropRepeated(message);
     }
   });
   if (options_.half_duplex) {
@@ -182,6 +183,22 @@ void Channel::DropAll() {
 bool Channel::IsLate(const Frame& frame, Time start) const {
   return options_.half_duplex && frame.asked_at &&
          start > *frame.asked_at + options_.timing.LatestAnswer(options_.response_window);
+}
+
+// The engine repeats a COMMAND of which it has no ACK yet. A full round takes longer than it waits.
+void Channel::DropRepeated(const protocol::Message& heard) {
+  protocol::CommandAck ack;
+  if (!Decode(heard, &ack)) {
+    return;
+  }
+  const auto repeated = std::find_if(queue_.begin(), queue_.end(), [&ack](const Frame& it) {
+    protocol::Command command;
+    return !it.asked_at && Decode(it.message, &command) && command.id == ack.id &&
+           command.seq == ack.seq;
+  });
+  if (repeated != queue_.end()) {
+    Take(repeated);
+  }
 }
 
 // The channel is free for what nobody waits for.

@@ -218,6 +218,24 @@ TEST_F(ChannelTest, ANewerCommandReplacesTheOneThatHasNotLeft) {
   EXPECT_EQ(channel_.NextStart(kStart + 2s), kNever);
 }
 
+TEST_F(ChannelTest, ARepeatedCommandIsNotSentOnceTheFirstIsAcknowledged) {
+  channel_.Send(Halt(1, 8));
+  ASSERT_EQ(Names(channel_.Begin(kStart)), Frames{"D1 to 1"});
+  channel_.Send(Halt(1, 8));
+  channel_.Send(Halt(2, 8));
+  const auto ack = [](uint8_t id, uint8_t seq) {
+    return FrameOf(MessageOf(protocol::CommandAck{id, seq, protocol::CommandCode::kHalt, 0}));
+  };
+  Hear(ack(1, 7), kStart + 1s);
+  Hear(ack(1, 8), kStart + 1s);
+  EXPECT_EQ(Names(channel_.Begin(kStart + 2s)), Frames{"D1 to 2"});
+  EXPECT_EQ(channel_.NextStart(kStart + 3s), kNever);
+  channel_.Send(Halt(1, 9));
+  Hear(ack(1, 8), kStart + 3s);
+  EXPECT_EQ(Names(channel_.Begin(kStart + 4s)), Frames{"D1 to 1"}) << "another one";
+  EXPECT_TRUE(dropped_.empty());
+}
+
 // --- The carrier.
 
 TEST_F(ChannelTest, ACarrierHoldsTheServerBackUntilItIsGone) {
