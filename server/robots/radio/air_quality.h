@@ -49,8 +49,9 @@ class AirQuality {
   }
 
   /// The form of the next ROUND. `for_each` calls its argument with the Reception of each robot.
+  /// `may_try`: the other form may be tried by this ROUND.
   template <typename ForEach>
-  RoundForm Choose(const ForEach& for_each) {
+  RoundForm Choose(const ForEach& for_each, bool may_try = true) {
     double coding_is_better = 0;  // the logarithm of the ratio of the products
     double plain = 0;
     double hysteresis = 0;
@@ -74,7 +75,7 @@ class AirQuality {
       return form_;
     }
     const bool may_be_better = form_ == RoundForm::kCoded || plain < 0;
-    if (++rounds_ < (trial_is_good_ ? interval_ / 16 : interval_) || !may_be_better) {
+    if (!may_try || ++rounds_ < (trial_is_good_ ? interval_ / 16 : interval_) || !may_be_better) {
       return form_;
     }
     // Not always after as many rounds, or it would be the turns of always the same robots.

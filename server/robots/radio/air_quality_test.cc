@@ -146,5 +146,27 @@ TEST(AirQualityTest, OneRobotInBadAirCountsButNotMoreThanAllOthers) {
   EXPECT_LT(hundred.Run(1000, one), 50);
 }
 
+TEST(AirQualityTest, TriesNothingByRoundsThatMustArrive) {
+  AirQuality air;
+  Reception robot;
+  const auto choose = [&](bool may_try) {
+    const auto all = [&robot](const auto& use) { use(robot); };
+    const RoundForm form = air.Choose(all, may_try);
+    air.Count(form, form == RoundForm::kCoded, &robot);
+    return form;
+  };
+  for (int round = 0; round < 500; ++round) {
+    choose(true);
+  }
+  for (int round = 0; round < 500; ++round) {
+    ASSERT_EQ(choose(false), RoundForm::kCoded);
+  }
+  int tried = 0;
+  for (int round = 0; round < 500; ++round) {
+    tried += choose(true) == RoundForm::kPlain ? 1 : 0;
+  }
+  EXPECT_GT(tried, 0);
+}
+
 }  // namespace
 }  // namespace pheromone::radio

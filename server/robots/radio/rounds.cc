@@ -29,9 +29,12 @@ constexpr int kShorterFrames = 16;
 constexpr double kAccident = 0.001;
 constexpr int kLeastPatience = 4;
 constexpr int kMostPatience = 24;
-constexpr int kLongestWait = 10;   // periods
-constexpr int kInTime = 6;         // requests, after one that was told busy
-constexpr int kMissesTheForm = 2;  // turns in succession
+constexpr int kLongestWait = 10;       // periods
+constexpr int kInTime = 6;             // requests, after one that was told busy
+constexpr int kMissesTheForm = 2;      // turns in succession
+constexpr double kManyDamaged = 0.25;  // of the requests that are heard
+constexpr double kVeryManyDamaged = 0.45;
+constexpr int kAveraged = 64;  // requests
 constexpr Duration kForgotten = 30s;
 constexpr Duration kOtherIsPresent = 5s;
 constexpr Duration kTheirAdapter = 16ms;
@@ -43,7 +46,10 @@ constexpr Duration kWidestOpening = 200ms;
 constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
 constexpr int kNewcomers = 8;                // exchanges in an opening, at least
 constexpr Duration kLongestClosed = 3s;
-constexpr int kLongOpening = 3;     // exchanges
+constexpr int kLongOpening = 3;    // exchanges
+constexpr int kEventRounds = 8;    // every so many, robots may tell an EVENT in their turns
+constexpr int kPlainOpenings = 1;  // until one of a coded ROUND
+constexpr int kPlainOpeningsAmongOthers = 3;
 constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
 
 size_t WireBytes(const protocol::Message& message) {
@@ -106,9 +112,11 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
   if (turn != turns_.end() && since >= sent_at_ && at <= LastHeard()) {
     turn->heard = at;
     turn->answerable = message.opcode != protocol::kCommandAck;
+    turn->told = message.opcode == protocol::kEvent;
   } else if (opening_end_ != Time::min() && at > LastHeard()) {
     ++exchanges_;
     greeted_ |= message.opcode == protocol::kHello;
+    used_ |= greeted_ || !serves(message.id);
   }
   const auto robot = robots_.find(message.id);
   if (robot == robots_.end()) {
@@ -117,6 +125,7 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
   }
   Robot& it = robot->second;
   it.heard = at;
+  it.greets &= message.opcode == protocol::kHello;
   CountUnused(&it);
   const size_t bytes = WireBytes(message) + (signed_ ? protocol::kSignature : 0) + kMoreStuffing;
   if (bytes >= it.frame_bytes || ++it.shorter == kShorterFrames) {
@@ -136,7 +145,6 @@ void Rounds::OnBytes(Time at, bool damaged) {
   if (opening_end_ == Time::min()) {
     return;
   }
-  used_ = true;
   collided_ |= damaged;
   opening_end_ = MayGoOn(at) ? at + options_.response_window + OpeningTime(open_slots_) : at;
 }
@@ -165,6 +173,11 @@ void Rounds::OnAnswered(Time end) {
     const Time heard = end + options_.timing.Transit();
     opening_end_ = MayGoOn(heard) && !OthersServed() ? heard + OpeningTime(open_slots_) : heard;
   }
+}
+
+// In turns nothing collides.
+bool Rounds::in_bad_air() const {
+  return air_.form() == RoundForm::kCoded || damaged_ > kManyDamaged;
 }
 
 // Those with turns wait meanwhile. An opening ends with something that was heard or said in it,
@@ -217,6 +230,7 @@ void Rounds::Join(uint8_t id, Time now) {
   robot.due = due;
   robot.heard = std::max(robot.heard, now);
   robot.misses = 0;
+  robot.greets = true;
   others_.erase(id);
   if (!active_ && robots_.size() > 1) {
     active_ = true;
@@ -299,10 +313,11 @@ void Rounds::CountTurns(Time now) {
     if (request != turns_.end()) {
       robot.more_bytes = 0;
       CountLate(*request, &robot);
-      robot.due = std::max(robot.due + Interval(robot), *request->heard);  // nothing is caught up
-      CountHeard(&robot);
+      const Duration interval = request->told ? Duration(0) : Interval(robot);
+      robot.due = std::max(robot.due + interval, *request->heard);  // nothing is caught up
+      CountHeard(&robot, false);
     } else if (turn.damaged) {
-      CountHeard(&robot);  // it is there, and still due
+      CountHeard(&robot, true);  // it is there, and still due
     } else {
       ++counters_.missed;
       robot.unused[static_cast<size_t>(form_)] += all_missed ? 0 : 1;
@@ -324,7 +339,8 @@ void Rounds::CountUnused(Robot* robot) {
   }
 }
 
-void Rounds::CountHeard(Robot* robot) {
+void Rounds::CountHeard(Robot* robot, bool damaged) {
+  damaged_ += ((damaged ? 1.0 : 0.0) - damaged_) / kAveraged;
   CountUnused(robot);
   air_.Count(form_, true, &robot->reception);
   robot->misses = 0;
@@ -339,7 +355,9 @@ void Rounds::CountMissed(Robot* robot, Time now) {
   robot->due = now + robot->period * std::min(1 << std::min(over, 4), kLongestWait);
 }
 
-// Those who are due, in equal parts if there are too many for one round.
+// Those who are due. Are there too many for one round, it is in equal parts; in bad air as many as
+// can be, for longer ROUNDs cost less and survive longer bursts. Where it is single bytes that are
+// damaged, and very many, they arrive too seldom.
 std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   std::vector<std::pair<Time, uint8_t>> due;
   bool any = false;
@@ -360,7 +378,8 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   }
   std::sort(due.begin(), due.end());
   const size_t rounds = (due.size() + most - 1) / most;
-  const size_t share = (due.size() + rounds - 1) / rounds;
+  const bool longest = air_.form() == RoundForm::kCoded && damaged_ < kVeryManyDamaged;
+  const size_t share = longest ? std::min(due.size(), most) : (due.size() + rounds - 1) / rounds;
   std::vector<uint8_t> chosen;
   for (size_t i = 0; i < share; ++i) {
     chosen.push_back(due[i].second);
@@ -404,12 +423,25 @@ uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
     const auto slots = (open - OpeningTime(0)) / Duration(options_.slot);
     return static_cast<uint8_t>(std::clamp<int64_t>(slots, kLeastSlots, kMostSlots));
   }
-  return now < next_opening_ && OthersPresent() == 0 ? uint8_t{0} : std::max(width_, kLeastSlots);
+  return OthersPresent() == 0 && !IsTimeToOpen(now) ? uint8_t{0} : std::max(width_, kLeastSlots);
 }
 
-// The next opening follows at once if this one was used, and is wider if there were collisions.
+// Who tells an EVENT in a turn has no answer until two rounds later: these are not longer than
+// others.
+bool Rounds::IsTimeToOpen(Time now) const {
+  return now >= next_opening_ && number_ % kEventRounds > 2;
+}
+
+// Newcomers may be in worse air. Is somebody there who contends, each round has an opening.
+bool Rounds::OpensForNewcomers(Time now) const {
+  const int plain = OthersPresent() == 0 ? kPlainOpenings : kPlainOpeningsAmongOthers;
+  return IsTimeToOpen(now) && plain_openings_ >= plain;
+}
+
+// The next opening follows at once if somebody without turns used this one, and is wider if there
+// were collisions.
 void Rounds::JudgeOpening(Time now) {
-  if (!used_) {
+  if (!used_ && !collided_) {
     next_opening_ = now + std::min(kQuietInterval * OpeningTime(open_slots_), kLongestClosed);
     width_ = static_cast<uint8_t>(width_ / 2);
     return;
@@ -505,19 +537,22 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   }
   Repeat(&composed);
   CountTurns(now);
-  form_ = air_.Choose([this](const auto& use) {
-    for (const auto& [id, robot] : robots_) {
-      use(robot.reception);
-    }
-  });
   if (opening_end_ != Time::min()) {
     JudgeOpening(now);
   }
   turns_.clear();
   active_ &= !robots_.empty();
   const size_t bytes = std::min(GiveTurns(now, acks), MostBytes());
-  if ((now >= next_opening_ && number_ % 4 == 0) || IsForOneThatMisses()) {
-    form_ = RoundForm::kCoded;  // for newcomers and others who may be in worse air
+  const bool must_arrive = OpensForNewcomers(now) || IsForOneThatMisses();
+  form_ = air_.Choose(
+      [this](const auto& use) {
+        for (const auto& [id, robot] : robots_) {
+          use(robot.reception);
+        }
+      },
+      !must_arrive);
+  if (must_arrive) {
+    form_ = RoundForm::kCoded;
   }
   turn_ = TurnTime(bytes);
   round.turn_ms = static_cast<uint8_t>(turn_ / 1ms);
@@ -533,6 +568,9 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   const Duration lasts = static_cast<int64_t>(wire) * options_.timing.byte;
   round.open_slots = OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
   open_slots_ = round.open_slots;
+  if (!turns_.empty() && open_slots_ != 0) {
+    plain_openings_ = coded() ? 0 : plain_openings_ + 1;
+  }
   used_ = false;
   collided_ = false;
   greeted_ = false;
@@ -564,11 +602,13 @@ void Rounds::Repeat(Composed* composed) {
                [](const auto& it) { return InRound(it)->left != protocol::kNoIntensities; });
 }
 
-// Whether the ROUND has a turn for somebody who did not receive the last ones.
+// Whether the ROUND has a turn for somebody who did not receive the last ones, or may not have
+// received the answer to HELLO.
 bool Rounds::IsForOneThatMisses() const {
   return std::any_of(turns_.begin(), turns_.end(), [this](const Turn& it) {
     const auto robot = robots_.find(it.id);
-    return robot != robots_.end() && robot->second.misses >= kMissesTheForm;
+    return robot != robots_.end() &&
+           (robot->second.misses >= kMissesTheForm || robot->second.greets);
   });
 }
 

@@ -13,8 +13,8 @@
 // missed is said again.
 //
 // After its turns, a round may be open: whoever has no turn contends for the channel, newcomers,
-// robots with an EVENT, and clients that only contend. While every opening is used, each round has
-// one; while none is, openings take a fiftieth of the time.
+// robots with an EVENT, and clients that only contend. While somebody without turns uses every
+// opening, each round has one; while nobody does, openings take a fiftieth of the time.
 //
 // No I/O, no clock. Not thread-safe.
 #pragma once
@@ -109,7 +109,8 @@ class Rounds {
     Duration period{};
     Time due{};
     Time heard{};
-    int misses = 0;  ///< turns in succession in which nothing was heard
+    int misses = 0;       ///< turns in succession in which nothing was heard
+    bool greets = false;  ///< nothing but HELLO was heard: it may have missed the answer
     Reception reception;
     std::array<int, 2> unused{};  ///< turns not used since it was heard, by the ROUNDs' form
     size_t frame_bytes = 0;       ///< its longest frame lately; 0: unknown
@@ -123,13 +124,14 @@ class Rounds {
     std::optional<Time> heard{};
     bool damaged = false;     ///< something was, but not whole
     bool answerable = false;  ///< what was heard gets an answer
+    bool told = false;        ///< it was an EVENT: the robot still has nothing to steer by
     std::optional<protocol::Message> answer{};
   };
 
   void Join(uint8_t id, Time now);
   void OnDamage(Time at);
   void CountUnused(Robot* robot);
-  void CountHeard(Robot* robot);
+  void CountHeard(Robot* robot, bool damaged);
   void CountMissed(Robot* robot, Time now);
   Duration Interval(const Robot& robot) const;
   void CountTurns(Time now);
@@ -138,11 +140,13 @@ class Rounds {
   size_t GiveTurns(Time now, std::vector<uint8_t> acks);
   void Repeat(Composed* composed);
   bool IsForOneThatMisses() const;
+  bool IsTimeToOpen(Time now) const;
+  bool OpensForNewcomers(Time now) const;
   uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
   Time FirstDue() const;
   Time LastHeard() const;
   bool MayGoOn(Time now) const;
-  bool in_bad_air() const { return air_.form() == RoundForm::kCoded; }
+  bool in_bad_air() const;
   void JudgeOpening(Time now);
   Duration OpeningTime(uint8_t slots) const;
   Duration ExchangeTime() const;
@@ -167,6 +171,7 @@ class Rounds {
   uint8_t number_ = 0;         // of the last ROUND
   AirQuality air_;
   RoundForm form_ = RoundForm::kPlain;  // of the last ROUND
+  double damaged_ = 0;                  // the share of requests, of those that are heard
   Time damaged_at_ = Time::min();       // the last turn in which something was not whole
   uint8_t open_slots_ = 0;
   Duration turn_{};
@@ -175,11 +180,12 @@ class Rounds {
   Time opening_end_ = Time::min();  // min: there is none
   Time last_heard_ = Time::min();
   Time next_opening_ = Time::min();
-  uint8_t width_ = 0;  // of the next opening, in slots
-  int exchanges_ = 0;  // in this opening
+  uint8_t width_ = 0;       // of the next opening, in slots
+  int exchanges_ = 0;       // in this opening
+  int plain_openings_ = 0;  // since one of a coded ROUND
   const bool signed_;
-  bool used_ = false;             // something was heard in it
-  bool collided_ = false;         // and some of that was damaged
+  bool used_ = false;             // by somebody without turns
+  bool collided_ = false;         // some of what was heard was damaged
   bool collided_before_ = false;  // in the one before that was used
   bool greeted_ = false;          // somebody said HELLO in it
   RoundCounters counters_;

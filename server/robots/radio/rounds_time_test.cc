@@ -325,6 +325,56 @@ TEST_F(RoundsTest, ATurnForAnAckIsNotMissedByWhoDoesNotSendASecondFrame) {
   EXPECT_NEAR(static_cast<double>(TurnsOf(7, from)), static_cast<double>(TurnsOf(8, from)), 3.0);
 }
 
+// What a robot tells in a turn takes the place of a request for intensities (protocol/README.md,
+// section 9, "Your turn").
+TEST_F(RoundsTest, WhoToldAnEventIsAskedInTheNextRound) {
+  Join(1, 4, 200ms);
+  air_.in_turn[2] = [first = true]() mutable {
+    return std::exchange(first, false)
+               ? MessageOf(protocol::EventReport{2, 1, protocol::EventCode::kLoadPicked, 0})
+               : Sense(2);
+  };
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 1s);
+  const auto turns = air_.TurnsOf(2, from);
+  ASSERT_GE(turns.size(), 3u);
+  EXPECT_LT(turns[1] - turns[0], 150ms);
+  EXPECT_NEAR(static_cast<double>((turns[2] - turns[1]).count()), 200e6, 20e6);
+}
+
+TEST_F(RoundsTest, NoOpeningDelaysTheAnswersOfThoseWhoToldAnEvent) {
+  Join(1, 22, 100ms);
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 60s);
+  int openings = 0;
+  for (const Sent& sent : air_.sent()) {
+    if (sent.begin < from || !sent.round()) {
+      continue;
+    }
+    const protocol::Round round = *sent.round();
+    openings += round.open_slots != 0 ? 1 : 0;
+    if (round.number % 8 <= 2) {
+      EXPECT_EQ(round.open_slots, 0) << "ROUND " << int{round.number};
+    }
+  }
+  EXPECT_GT(openings, 15) << "at least each three seconds";
+}
+
+TEST_F(RoundsTest, AnOpeningThatARobotWithTurnsUsedIsNotFollowedByAnother) {
+  Join(1, 8, 100ms);
+  air_.contenders.push_back(
+      MessageOf(protocol::EventReport{3, 7, protocol::EventCode::kLoadPicked, 0}));
+  const Time from = air_.now();
+  while (!air_.contenders.empty() && air_.now() < from + 10s) {
+    air_.AdvanceTo(air_.now() + 10ms);
+  }
+  const Time used = air_.now();
+  air_.AdvanceTo(used + 600ms);
+  for (const protocol::Round& round : air_.Rounds(used)) {
+    EXPECT_EQ(round.open_slots, 0) << "ROUND " << int{round.number};
+  }
+}
+
 TEST_F(RoundsTest, AHaltOfAllIsSentWithTheNextRound) {
   Join(1, 22, 100ms);
   const Time from = air_.now();
