@@ -47,6 +47,7 @@ TRACE_BYTES = 15 + 13
 MOST_QUANTA = 24_000
 BYTE_S = 10 / 9600
 JOINED_S = 5
+BETWEEN_QUESTIONS_S = 1
 SETTLED_S = 20
 
 
@@ -114,14 +115,21 @@ class Channel:
         self.stack.callback(lambda: end(process))
         return process
 
+    def hardware(self, *words, **options):
+        """What is a modem or a chip in a laboratory, and is not held up by other programs there."""
+        process = self.run(*words, **options)
+        with contextlib.suppress(PermissionError):
+            os.sched_setscheduler(process.pid, os.SCHED_FIFO, os.sched_param(1))
+        return process
+
     def on_air(self, *stations, damaged=0.0):
-        self.air = self.run(self.arguments.tests_dir / "strict_air", "--damage", damaged, *stations,
-                            stdout=subprocess.PIPE)
+        self.air = self.hardware(self.arguments.tests_dir / "strict_air", "--damage", damaged,
+                                 *stations, stdout=subprocess.PIPE)
         check("on air" in self.air.stdout.readline(), "the air did not begin")
 
     def images(self, count, *settings, ptt=None):
         for robot in range(1, count + 1):
-            self.robots.append(self.run(
+            self.robots.append(self.hardware(
                 self.arguments.tests_dir / "avr_live", self.arguments.image,
                 self.folder / f"robot{robot}", robot,
                 self.folder / f"key{robot}" if ptt else "-", *settings))
@@ -168,8 +176,16 @@ class Channel:
         return {robot: stops - before[robot] for robot, stops in self.stops().items()}
 
     def stops(self):
-        return {robot: self.logged_stops(robot) if robot > 100 else self.get(robot, FAIL_SAFE_STOPS)
-                for robot in self.ids}
+        """Asked slowly: a COMMAND, and the EVENT that tells the value, cost a robot an answer, and
+        several in a second would cost stops."""
+        stops = {}
+        for robot in self.ids:
+            if robot > 100:
+                stops[robot] = self.logged_stops(robot)
+            else:
+                time.sleep(BETWEEN_QUESTIONS_S)
+                stops[robot] = self.get(robot, FAIL_SAFE_STOPS)
+        return stops
 
     def logged_stops(self, robot):
         """Of a pheromone-robot, which tells each change of why it stands."""
@@ -215,13 +231,14 @@ class Channel:
         return {client["id"] for client in self.clients()}
 
     def finish(self):
-        """What the air says at its end."""
+        """What the air says at its end. The daemon's comes after it: a frame that this cuts off is
+        not counted."""
         for robot in self.robots:
             end(robot)
-        self.daemon.stop()
         self.air.send_signal(signal.SIGTERM)
         told = self.air.communicate(timeout=30)[0]
         check(self.air.returncode == 0, f"the air ended with {self.air.returncode}")
+        self.daemon.stop()
         return told
 
 
