@@ -79,7 +79,7 @@ TEST(Simulation, ATallyOfSignedFramesCountsWhatTheRobotCounts) {
     }
     config.add_listener = [&](size_t, sim::RadioMedium* medium) { medium->AddStation(&ear); };
     Simulation simulation(config);
-    simulation.RunTo(10'100);
+    simulation.RunTo(10'150);  // between two requests
     const client::Counters truth = simulation.robot().counters();
     const client::Counters told = ear.tally.counters();
     EXPECT_EQ(truth.requests, told.requests);

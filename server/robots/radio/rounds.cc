@@ -427,9 +427,9 @@ uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
 }
 
 // Who tells an EVENT in a turn has no answer until two rounds later: these are not longer than
-// others.
+// others, unless somebody joins.
 bool Rounds::IsTimeToOpen(Time now) const {
-  return now >= next_opening_ && number_ % kEventRounds > 2;
+  return now >= next_opening_ && (wanted_ || number_ % kEventRounds > 2);
 }
 
 // Newcomers may be in worse air. Is somebody there who contends, each round has an opening.
@@ -441,7 +441,8 @@ bool Rounds::OpensForNewcomers(Time now) const {
 // The next opening follows at once if somebody without turns used this one, and is wider if there
 // were collisions.
 void Rounds::JudgeOpening(Time now) {
-  if (!used_ && !collided_) {
+  wanted_ = used_ || collided_;
+  if (!wanted_) {
     next_opening_ = now + std::min(kQuietInterval * OpeningTime(open_slots_), kLongestClosed);
     width_ = static_cast<uint8_t>(width_ / 2);
     return;

@@ -184,6 +184,7 @@ class Rounds {
   int exchanges_ = 0;       // in this opening
   int plain_openings_ = 0;  // since one of a coded ROUND
   const bool signed_;
+  bool wanted_ = true;            // the last one that has ended was used, or there was none
   bool used_ = false;             // by somebody without turns
   bool collided_ = false;         // some of what was heard was damaged
   bool collided_before_ = false;  // in the one before that was used
