@@ -175,7 +175,7 @@ void Rounds::OnAnswered(Time end) {
   }
 }
 
-// In turns nothing collides.
+// In turns nothing collides: what is damaged there, the air has damaged.
 bool Rounds::in_bad_air() const {
   return air_.form() == RoundForm::kCoded || damaged_ > kManyDamaged;
 }
@@ -355,9 +355,9 @@ void Rounds::CountMissed(Robot* robot, Time now) {
   robot->due = now + robot->period * std::min(1 << std::min(over, 4), kLongestWait);
 }
 
-// Those who are due. Are there too many for one round, it is in equal parts; in bad air as many as
-// can be, for longer ROUNDs cost less and survive longer bursts. Where it is single bytes that are
-// damaged, and very many, they arrive too seldom.
+// Those who are due. If there are too many for one round, several take equal parts of them. In bad
+// air each takes as many as it can: longer ROUNDs cost less and survive longer bursts. But where
+// single bytes are damaged, and very many, they arrive too seldom.
 std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   std::vector<std::pair<Time, uint8_t>> due;
   bool any = false;
@@ -432,7 +432,7 @@ bool Rounds::IsTimeToOpen(Time now) const {
   return now >= next_opening_ && (wanted_ || number_ % kEventRounds > 2);
 }
 
-// Newcomers may be in worse air. Is somebody there who contends, each round has an opening.
+// Newcomers may be in worse air. While somebody is there who contends, each round has an opening.
 bool Rounds::OpensForNewcomers(Time now) const {
   const int plain = OthersPresent() == 0 ? kPlainOpenings : kPlainOpeningsAmongOthers;
   return IsTimeToOpen(now) && plain_openings_ >= plain;
