@@ -25,21 +25,24 @@ from operated_daemon import OperatedDaemon, await_that  # noqa: E402
 from test_config import link, map_of, pheromone, table  # noqa: E402
 
 SECRET = "0123456789abcdef" * 4 + "\n"
+GIVEN = set()
 
 
 def free_ports(count):
     """Ports of loopback that nobody uses at present: below those that the system gives to whoever
-    connects, which could take one before its owner listens."""
-    sockets = []
-    while len(sockets) < count:
-        sockets.append(socket.socket())
-        try:
-            sockets[-1].bind(("127.0.0.1", random.randrange(20_000, 32_768)))
-        except OSError:
-            sockets.pop().close()
-    ports = [it.getsockname()[1] for it in sockets]
-    for it in sockets:
-        it.close()
+    connects, which could take one before its owner listens. For the same reason, none is given
+    twice."""
+    ports = []
+    while len(ports) < count:
+        port = random.randrange(20_000, 32_768)
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+        if port not in GIVEN:
+            GIVEN.add(port)
+            ports.append(port)
     return ports
 
 
