@@ -197,7 +197,7 @@ void Channel::DropRepeated(const protocol::Message& heard) {
            command.seq == ack.seq;
   });
   if (repeated != queue_.end()) {
-    Take(repeated);
+    on_dropped_(Take(repeated).message);
   }
 }
 

@@ -233,7 +233,8 @@ TEST_F(ChannelTest, ARepeatedCommandIsNotSentOnceTheFirstIsAcknowledged) {
   channel_.Send(Halt(1, 9));
   Hear(ack(1, 8), kStart + 3s);
   EXPECT_EQ(Names(channel_.Begin(kStart + 4s)), Frames{"D1 to 1"}) << "another one";
-  EXPECT_TRUE(dropped_.empty());
+  ASSERT_EQ(dropped_.size(), 1u) << "a recording has to know";
+  EXPECT_EQ(dropped_[0].id, 1);
 }
 
 // --- The carrier.
