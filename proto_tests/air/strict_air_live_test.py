@@ -115,21 +115,14 @@ class Channel:
         self.stack.callback(lambda: end(process))
         return process
 
-    def hardware(self, *words, **options):
-        """What is a modem or a chip in a laboratory, and is not held up by other programs there."""
-        process = self.run(*words, **options)
-        with contextlib.suppress(PermissionError):
-            os.sched_setscheduler(process.pid, os.SCHED_FIFO, os.sched_param(1))
-        return process
-
     def on_air(self, *stations, damaged=0.0):
-        self.air = self.hardware(self.arguments.tests_dir / "strict_air", "--damage", damaged,
-                                 *stations, stdout=subprocess.PIPE)
+        self.air = self.run(self.arguments.tests_dir / "strict_air", "--damage", damaged, *stations,
+                            stdout=subprocess.PIPE)
         check("on air" in self.air.stdout.readline(), "the air did not begin")
 
     def images(self, count, *settings, ptt=None):
         for robot in range(1, count + 1):
-            self.robots.append(self.hardware(
+            self.robots.append(self.run(
                 self.arguments.tests_dir / "avr_live", self.arguments.image,
                 self.folder / f"robot{robot}", robot,
                 self.folder / f"key{robot}" if ptt else "-", *settings))
