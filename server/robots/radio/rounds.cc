@@ -14,8 +14,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// The robots' clocks have steps of a millisecond, and their loops take a part of one.
-constexpr Duration kGuard = 1250us;
 // Robots that are due this soon, or before the round is over, are asked in the same one.
 constexpr Duration kTogether = 20ms;
 constexpr size_t kMostFrameBytes = 32;
@@ -36,21 +34,7 @@ constexpr double kManyDamaged = 0.25;  // of the requests that are heard
 constexpr double kVeryManyDamaged = 0.45;
 constexpr int kAveraged = 64;  // requests
 constexpr Duration kForgotten = 30s;
-constexpr Duration kOtherIsPresent = 5s;
-constexpr Duration kTheirAdapter = 16ms;
-constexpr uint8_t kLeastSlots = 4;
-constexpr uint8_t kMostSlots = 64;
-constexpr Duration kLongestOpening = 300ms;
-constexpr Duration kCrowdedOpening = 600ms;  // many are waiting
-constexpr Duration kWidestOpening = 200ms;
 constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
-constexpr int kNewcomers = 8;                // exchanges in an opening, at least
-constexpr Duration kLongestClosed = 3s;
-constexpr int kLongOpening = 3;    // exchanges
-constexpr int kEventRounds = 8;    // every so many, robots may tell an EVENT in their turns
-constexpr int kPlainOpenings = 1;  // until one of a coded ROUND
-constexpr int kPlainOpeningsAmongOthers = 3;
-constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
 
 size_t WireBytes(const protocol::Message& message) {
   std::array<uint8_t, protocol::kMaxFrame> frame{};
@@ -101,7 +85,7 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
   if (protocol::IsFromServer(message.opcode) || message.id == protocol::kBroadcastId) {
     return;
   }
-  last_heard_ = std::max(last_heard_, at);
+  openings_.OnChannel(at);
   if (message.opcode == protocol::kHello && message.length == 4) {
     wished_[message.id] = message.data[3];
   }
@@ -113,14 +97,12 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
     turn->heard = at;
     turn->answerable = message.opcode != protocol::kCommandAck;
     turn->told = message.opcode == protocol::kEvent;
-  } else if (opening_end_ != Time::min() && at > LastHeard()) {
-    ++exchanges_;
-    greeted_ |= message.opcode == protocol::kHello;
-    used_ |= greeted_ || !serves(message.id);
+  } else if (openings_.open() && at > LastHeard()) {
+    openings_.OnMessage(message, serves(message.id));
   }
   const auto robot = robots_.find(message.id);
   if (robot == robots_.end()) {
-    others_[message.id] = at;
+    openings_.OnOther(message.id, at);
     return;
   }
   Robot& it = robot->second;
@@ -135,18 +117,14 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
 }
 
 void Rounds::OnBytes(Time at, bool damaged) {
-  last_heard_ = std::max(last_heard_, at);
-  if (at <= LastHeard()) {
-    if (damaged) {
-      OnDamage(at);
+  openings_.OnChannel(at);
+  if (at > LastHeard()) {
+    if (openings_.open()) {
+      openings_.OnBytes(at, damaged);
     }
-    return;
+  } else if (damaged) {
+    OnDamage(at);
   }
-  if (opening_end_ == Time::min()) {
-    return;
-  }
-  collided_ |= damaged;
-  opening_end_ = MayGoOn(at) ? at + options_.response_window + OpeningTime(open_slots_) : at;
 }
 
 // The last of the turns may have begun late. In an opening nobody is heard as soon as that.
@@ -169,22 +147,14 @@ void Rounds::OnDamage(Time at) {
 }
 
 void Rounds::OnAnswered(Time end) {
-  if (opening_end_ != Time::min()) {
-    const Time heard = end + options_.timing.Transit();
-    opening_end_ = MayGoOn(heard) && !OthersServed() ? heard + OpeningTime(open_slots_) : heard;
+  if (openings_.open()) {
+    openings_.OnAnswered(end + options_.timing.Transit());
   }
 }
 
 // In turns nothing collides: what is damaged there, the air has damaged.
 bool Rounds::in_bad_air() const {
   return air_.form() == RoundForm::kCoded || damaged_ > kManyDamaged;
-}
-
-// Those with turns wait meanwhile. An opening ends with something that was heard or said in it,
-// when everybody else is silent.
-bool Rounds::MayGoOn(Time now) const {
-  return exchanges_ < ExchangesAnOpening() &&
-         now < turns_end_ + (collided_ && !in_bad_air() ? kCrowdedOpening : kLongestOpening);
 }
 
 bool Rounds::TakeAnswer(const protocol::Message& answer, Time asked_at) {
@@ -231,7 +201,7 @@ void Rounds::Join(uint8_t id, Time now) {
   robot.heard = std::max(robot.heard, now);
   robot.misses = 0;
   robot.greets = true;
-  others_.erase(id);
+  openings_.OnJoined(id);
   if (!active_ && robots_.size() > 1) {
     active_ = true;
     sent_at_ = now;
@@ -265,8 +235,8 @@ Time Rounds::NextRound() const {
     last = std::max(last, turn.heard.value_or(Time::min()));
     all_answered &= !turn.answerable || turn.answer.has_value();
   }
-  if (opening_end_ != Time::min()) {
-    end = opening_end_;
+  if (openings_.open()) {
+    end = openings_.end();
   } else if (all_heard) {
     end = last;
   }
@@ -364,8 +334,8 @@ std::vector<uint8_t> Rounds::Choose(Time now, size_t most) {
   // Who is left out waits until this round is over.
   const auto turns = static_cast<int64_t>(std::min(robots_.size(), most));
   Duration together = std::max(kTogether, turns * turn_);
-  if (OthersPresent() != 0 && robots_.size() <= most) {
-    together += OpeningTime(kLeastSlots) + ExchangeTime();  // of those who contend
+  if (openings_.OthersPresent() != 0 && robots_.size() <= most) {
+    together += openings_.Shortest();
   }
   for (const auto& [id, robot] : robots_) {
     any |= robot.due <= now;
@@ -409,66 +379,9 @@ size_t Rounds::GiveTurns(Time now, std::vector<uint8_t> acks) {
   return bytes;
 }
 
-uint8_t Rounds::OpenSlots(Time now, bool has_turns, Duration round_lasts) {
-  if (!has_turns) {
-    // Simple clients ask when they like, and the ROUND waits for whoever has begun.
-    const Duration open = FirstDue() - (now + round_lasts + options_.timing.Idle());
-    if (open < ExchangeTime()) {
-      return 0;
-    }
-    if (OthersPresent() == 0 || open > kLongOpening * ExchangeTime()) {
-      return protocol::kOpenUntilNextRound;
-    }
-    // Soon over: who began before the next ROUND is heard would collide with it, and often.
-    const auto slots = (open - OpeningTime(0)) / Duration(options_.slot);
-    return static_cast<uint8_t>(std::clamp<int64_t>(slots, kLeastSlots, kMostSlots));
-  }
-  return OthersPresent() == 0 && !IsTimeToOpen(now) ? uint8_t{0} : std::max(width_, kLeastSlots);
-}
-
-// Who tells an EVENT in a turn has no answer until two rounds later: these are not longer than
-// others, unless somebody joins.
-bool Rounds::IsTimeToOpen(Time now) const {
-  return now >= next_opening_ && (wanted_ || number_ % kEventRounds > 2);
-}
-
-// Newcomers may be in worse air. While somebody is there who contends, each round has an opening.
-bool Rounds::OpensForNewcomers(Time now) const {
-  const int plain = OthersPresent() == 0 ? kPlainOpenings : kPlainOpeningsAmongOthers;
-  return IsTimeToOpen(now) && plain_openings_ >= plain;
-}
-
-// The next opening follows at once if somebody without turns used this one, and is wider if there
-// were collisions.
-void Rounds::JudgeOpening(Time now) {
-  wanted_ = used_ || collided_;
-  if (!wanted_) {
-    next_opening_ = now + std::min(kQuietInterval * OpeningTime(open_slots_), kLongestClosed);
-    width_ = static_cast<uint8_t>(width_ / 2);
-    return;
-  }
-  if (in_bad_air()) {
-    // What is damaged need not have collided: those with turns get two thirds of the time, and an
-    // opening is wider only where two in succession had damage.
-    next_opening_ = now + 2 * (now - turns_end_);
-  }
-  if (collided_ && (!in_bad_air() || collided_before_)) {
-    const auto most = std::clamp<int64_t>(kWidestOpening / options_.slot, kLeastSlots, kMostSlots);
-    width_ = static_cast<uint8_t>(std::min<int64_t>(int64_t{2} * open_slots_, most));
-  }
-  collided_before_ = collided_;
-}
-
 // A SENSE and its answer, in a window.
 Duration Rounds::ExchangeTime() const {
   return options_.response_window + 2 * static_cast<int64_t>(LeastBytes()) * options_.timing.byte;
-}
-
-// Until the first byte of a frame that is begun in the last slot has been read. A client without
-// turns may be behind an adapter, and see the opening begin that much later.
-Duration Rounds::OpeningTime(uint8_t slots) const {
-  const Duration late = OthersPresent() != 0 ? kTheirAdapter : Duration(0);
-  return slots * Duration(options_.slot) + options_.timing.Idle() + late + kGuard;
 }
 
 Duration Rounds::TurnTime(size_t bytes) const {
@@ -494,27 +407,8 @@ size_t Rounds::MostTurns() const {
   return signed_ ? protocol::kMaxTurns - 1 : protocol::kMaxTurns;
 }
 
-int Rounds::OthersPresent() const {
-  return static_cast<int>(std::count_if(others_.begin(), others_.end(), [this](const auto& other) {
-    return last_heard_ - other.second <= kOtherIsPresent;
-  }));
-}
-
-// Whoever is known to contend had an exchange in this opening, and nobody is about to join: a
-// signed HELLO is said twice.
-bool Rounds::OthersServed() const {
-  int served = 0;
-  for (const auto& [id, heard] : others_) {
-    served += heard > turns_end_ ? 1 : 0;
-  }
-  return served != 0 && served == OthersPresent() && !greeted_;
-}
-
-// Each client that only contends gets about as many exchanges as a robot has turns.
-int Rounds::ExchangesAnOpening() const {
-  const int present = OthersPresent();
-  const size_t rounds = std::max<size_t>(1, (robots_.size() + MostTurns() - 1) / MostTurns());
-  return std::max(kNewcomers, present / static_cast<int>(rounds));
+size_t Rounds::RoundsForAll() const {
+  return std::max<size_t>(1, (robots_.size() + MostTurns() - 1) / MostTurns());
 }
 
 Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
@@ -538,13 +432,11 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   }
   Repeat(&composed);
   CountTurns(now);
-  if (opening_end_ != Time::min()) {
-    JudgeOpening(now);
-  }
+  openings_.Judge(now, in_bad_air());
   turns_.clear();
   active_ &= !robots_.empty();
   const size_t bytes = std::min(GiveTurns(now, acks), MostBytes());
-  const bool must_arrive = OpensForNewcomers(now) || IsForOneThatMisses();
+  const bool must_arrive = openings_.IsForNewcomers(now, number_) || IsForOneThatMisses();
   form_ = air_.Choose(
       [this](const auto& use) {
         for (const auto& [id, robot] : robots_) {
@@ -566,16 +458,13 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   const size_t signature = signed_ ? protocol::kSignatureToAll : 0;
   const size_t wire = coded() ? protocol::CodedBytes(composed.round.length + signature)
                               : WireBytes(composed.round) + signature;
-  const Duration lasts = static_cast<int64_t>(wire) * options_.timing.byte;
-  round.open_slots = OpenSlots(now, !turns_.empty(), options_.timing.KeyDelay() + lasts);
-  open_slots_ = round.open_slots;
-  if (!turns_.empty() && open_slots_ != 0) {
-    plain_openings_ = coded() ? 0 : plain_openings_ + 1;
-  }
-  used_ = false;
-  collided_ = false;
-  greeted_ = false;
-  exchanges_ = 0;
+  const Duration lasts =
+      options_.timing.KeyDelay() + static_cast<int64_t>(wire) * options_.timing.byte;
+  const bool has_turns = !turns_.empty();
+  round.open_slots =
+      has_turns ? openings_.Slots(now, number_)
+                : openings_.SlotsUntil(FirstDue() - (now + lasts + options_.timing.Idle()));
+  openings_.Begin(round.open_slots, {has_turns, coded(), in_bad_air(), RoundsForAll()});
   ++counters_.rounds;
   counters_.coded += coded() ? 1u : 0u;
   counters_.turns += turns_.size();
@@ -621,8 +510,7 @@ void Rounds::OnSent(Time end) {
     turns_end_ += std::chrono::milliseconds(protocol::kBeforeTurnsMs) + turns * turn_ +
                   options_.timing.adapter;
   }
-  const bool opens = turns != 0 && open_slots_ != 0;
-  opening_end_ = opens ? turns_end_ + OpeningTime(open_slots_) : Time::min();
+  openings_.OnSent(turns_end_);
 }
 
 }  // namespace pheromone::radio

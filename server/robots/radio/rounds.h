@@ -12,9 +12,7 @@
 // more. In bad air ROUNDs are coded (air_quality.h); an answer whose ROUND its robot seems to have
 // missed is said again.
 //
-// After its turns, a round may be open: whoever has no turn contends for the channel, newcomers,
-// robots with an EVENT, and clients that only contend. While somebody without turns uses every
-// opening, each round has one; while nobody does, openings take a fiftieth of the time.
+// After its turns, a round may be open, for those who have none (openings.h).
 //
 // No I/O, no clock. Not thread-safe.
 #pragma once
@@ -28,6 +26,7 @@
 #include "protocol/messages.h"
 #include "server/robots/radio/air_quality.h"
 #include "server/robots/radio/channel_options.h"
+#include "server/robots/radio/openings.h"
 #include "server/robots/radio/timing.h"
 
 namespace pheromone::radio {
@@ -57,7 +56,9 @@ std::optional<protocol::RoundAnswer> InRound(const protocol::Message& answer);
 class Rounds {
  public:
   explicit Rounds(const ChannelOptions& options)
-      : options_(options), signed_(options.signing != nullptr) {}
+      : options_(options),
+        signed_(options.signing != nullptr),
+        openings_(options_, ExchangeTime()) {}
 
   /// Goes on with the rounds of a server that has fallen silent, before anything was heard here:
   /// the first ROUND, without answers, is due at once. For as long as a robot may still await one
@@ -84,7 +85,7 @@ class Rounds {
   /// The time before which only those with a turn may send, the server included.
   Time reserved_until() const { return turns_end_; }
   /// Whether the next ROUND follows the present one, without waiting for a free channel.
-  bool follows() const { return !turns_.empty() || opening_end_ != Time::min(); }
+  bool follows() const { return !turns_.empty() || openings_.open(); }
   /// When the next ROUND is due; kNever if none is.
   Time NextRound() const;
   /// What is sent as one transmission.
@@ -140,27 +141,20 @@ class Rounds {
   size_t GiveTurns(Time now, std::vector<uint8_t> acks);
   void Repeat(Composed* composed);
   bool IsForOneThatMisses() const;
-  bool IsTimeToOpen(Time now) const;
-  bool OpensForNewcomers(Time now) const;
-  uint8_t OpenSlots(Time now, bool has_turns, Duration round_lasts);
   Time FirstDue() const;
   Time LastHeard() const;
-  bool MayGoOn(Time now) const;
   bool in_bad_air() const;
-  void JudgeOpening(Time now);
-  Duration OpeningTime(uint8_t slots) const;
   Duration ExchangeTime() const;
   Duration TurnTime(size_t bytes) const;
   size_t MostBytes() const;
   size_t LeastBytes() const;
   size_t MostTurns() const;
-  int OthersPresent() const;
-  bool OthersServed() const;
-  int ExchangesAnOpening() const;
+  size_t RoundsForAll() const;
 
   const ChannelOptions options_;
+  const bool signed_;
+  Openings openings_;
   std::map<uint8_t, Robot> robots_;
-  std::map<uint8_t, Time> others_;       // when clients without turns were last heard
   std::array<uint8_t, 256> wished_{};    // periods in the last HELLO of each
   std::vector<Turn> turns_;              // of the round in progress
   std::vector<protocol::Message> told_;  // the answers of intensities in its ROUND
@@ -173,22 +167,9 @@ class Rounds {
   RoundForm form_ = RoundForm::kPlain;  // of the last ROUND
   double damaged_ = 0;                  // the share of requests, of those that are heard
   Time damaged_at_ = Time::min();       // the last turn in which something was not whole
-  uint8_t open_slots_ = 0;
   Duration turn_{};
   Time sent_at_{};
   Time turns_end_ = Time::min();
-  Time opening_end_ = Time::min();  // min: there is none
-  Time last_heard_ = Time::min();
-  Time next_opening_ = Time::min();
-  uint8_t width_ = 0;       // of the next opening, in slots
-  int exchanges_ = 0;       // in this opening
-  int plain_openings_ = 0;  // since one of a coded ROUND
-  const bool signed_;
-  bool wanted_ = true;            // the last one that has ended was used, or there was none
-  bool used_ = false;             // by somebody without turns
-  bool collided_ = false;         // some of what was heard was damaged
-  bool collided_before_ = false;  // in the one before that was used
-  bool greeted_ = false;          // somebody said HELLO in it
   RoundCounters counters_;
 };
 

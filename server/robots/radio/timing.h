@@ -25,6 +25,9 @@ constexpr Duration ByteTime(int64_t baud) {
   return Duration(10'000'000'000 / baud);
 }
 
+/// The robots' clocks have steps of a millisecond, and their loops take a part of one.
+constexpr Duration kGuard = std::chrono::microseconds(1250);
+
 struct Timing {
   Duration byte{};        ///< B
   Duration turnaround{};  ///< T_t, of every modem
