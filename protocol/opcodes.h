@@ -108,6 +108,8 @@ constexpr uint8_t kRoundPeriodMs = 20;
 constexpr uint8_t kBeforeTurnsMs = 1;
 /// So much after its beginning, a turn can still be taken.
 constexpr uint8_t kLatestTurnMs = 2;
+/// In ROUNDs whose number is a multiple of it, a robot may tell an EVENT in its turn.
+constexpr uint8_t kEventRounds = 8;
 /// Contention slots of a ROUND after which the channel is free until the next one.
 constexpr uint8_t kOpenUntilNextRound = 255;
 /// P_L of an answer in a ROUND that has no intensities: -32768, which no intensity is.

@@ -85,8 +85,9 @@ void Conversation::TakeTurn(const Odometry* odometry) {
   const uint8_t turn_bytes = medium_.rounds()->values().turn_bytes;
   const bool may_leave_out = medium_.rounds()->open() && !left_out_;
   left_out_ = false;
-  // An EVENT for which no opening came: in every eighth round, as it costs us an answer.
-  const bool may_tell = state().events != 0 && medium_.rounds()->values().number % 8u == 0;
+  // An EVENT for which no opening came: not in every round, as it costs us an answer.
+  const bool may_tell =
+      state().events != 0 && medium_.rounds()->values().number % protocol::kEventRounds == 0;
   if (!may_tell && (!kHasTags || !HasTagRequest() || (tag_bytes_ > turn_bytes && !may_leave_out))) {
     requests_.event_turn = false;
   }

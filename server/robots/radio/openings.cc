@@ -15,10 +15,9 @@ constexpr Duration kLongest = 300ms;
 constexpr Duration kCrowded = 600ms;  // many are waiting
 constexpr Duration kWidest = 200ms;
 constexpr Duration kLongestClosed = 3s;
-constexpr int kNewcomers = 8;    // exchanges in an opening, at least
-constexpr int kLong = 3;         // exchanges
-constexpr int kEventRounds = 8;  // every so many, robots may tell an EVENT in their turns
-constexpr int kPlain = 1;        // until one of a coded ROUND
+constexpr int kNewcomers = 8;  // exchanges in an opening, at least
+constexpr int kLong = 3;       // exchanges
+constexpr int kPlain = 1;      // until one of a coded ROUND
 constexpr int kPlainAmongOthers = 3;
 constexpr int kQuietInterval = 49;  // of the length of an opening, until the next
 
@@ -105,7 +104,7 @@ void Openings::Judge(Time now, bool bad_air) {
 // Who tells an EVENT in a turn has no answer until two rounds later: these are not longer than
 // others, unless somebody joins.
 bool Openings::IsTime(Time now, uint8_t number) const {
-  return now >= next_ && (wanted_ || number % kEventRounds > 2);
+  return now >= next_ && (wanted_ || number % protocol::kEventRounds > 2);
 }
 
 uint8_t Openings::Slots(Time now, uint8_t number) const {
