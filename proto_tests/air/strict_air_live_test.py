@@ -224,14 +224,14 @@ class Channel:
         return {client["id"] for client in self.clients()}
 
     def finish(self):
-        """What the air says at its end. The daemon's comes after it: a frame that this cuts off is
-        not counted."""
+        """What the air says at its end. The daemon's comes before: it finishes the frame on the
+        air."""
         for robot in self.robots:
             end(robot)
+        self.daemon.stop()
         self.air.send_signal(signal.SIGTERM)
         told = self.air.communicate(timeout=30)[0]
         check(self.air.returncode == 0, f"the air ended with {self.air.returncode}")
-        self.daemon.stop()
         return told
 
 

@@ -31,6 +31,10 @@ constexpr std::chrono::milliseconds kBetweenLooks{500};
 constexpr std::chrono::seconds kHaltKept{3};
 constexpr size_t kMaxKeptHalts = engine::RobotsPart::kBroadcastTransmissions;
 
+// How long what is on the air may take to its end when the link is stopped. A frame of the greatest
+// length needs 1.2 s at 1200 baud, and a dead modem must not hold up the end of the daemon.
+constexpr std::chrono::seconds kLongestFinish{4};
+
 using Timer = asio::basic_waitable_timer<Clock>;
 
 bool IsHaltOfAll(const protocol::Message& message) {
@@ -101,7 +105,13 @@ class PortLink final : public Link {
       retry_.cancel();
       look_.cancel();
       if (session_) {
-        session_->Close();
+        session_->Finish();
+        retry_.expires_after(kLongestFinish);
+        retry_.async_wait([this](const boost::system::error_code& error) {
+          if (!error && session_) {
+            session_->Close();
+          }
+        });
       }
     });
   }
@@ -242,6 +252,7 @@ class PortLink final : public Link {
       }
       if (failure) {
         look_.cancel();
+        retry_.cancel();
         session_.reset();
         ReportDown(*failure);
         opened_ = *failure;
@@ -304,6 +315,7 @@ class PortLink final : public Link {
     Look();
     const std::string why = co_await session_->Run(std::move(descriptor));
     session_.reset();
+    retry_.cancel();
     look_.cancel();
     co_await CountLineErrors();
     if (!stopping_) {

@@ -292,8 +292,37 @@ TEST_F(SerialLinesTest, ATransceiverIsKeyedUntilTheDriverSaysThatTheLastBitHasLe
   EXPECT_EQ(PtyShimAir().cut, 0);
 }
 
-TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsIsSwitchedBack) {
-  config_.lines = {CarrierSense::kNone, Ptt::kRts, 0, 20'000};
+// An answer that is longer than the FIFO, and none of whose bits can leave before the end begins.
+// With a line to key, its tail is part of it.
+TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsEndsItsFrame) {
+  constexpr uint16_t kTailMs = 20;
+  for (const Ptt ptt : {Ptt::kRts, Ptt::kNone}) {
+    for (PtyShimUart uart : {testing::kTellsAll, testing::kDrainsOnly, testing::kDrainsEarly}) {
+      config_.lines = {CarrierSense::kNone, ptt, 0, ptt == Ptt::kRts ? kTailMs : uint16_t{0}};
+      uart.key_line = ptt == Ptt::kRts ? TIOCM_RTS : 0;
+      uart.fifo = 1;
+      testing::Server server;
+      Peer radio = PlugIn();
+      ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
+      PtyShimSetUart(uart);
+      PtyShimStopUart(1);
+      ASSERT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
+      server.link().Stop();
+      PtyShimStopUart(0);
+      server.Stop();
+      EXPECT_EQ(PtyShimAir().bytes, static_cast<long long>(testing::Wire(PingOf(3, 1)).size()));
+      EXPECT_EQ(PtyShimAir().cut, 0) << (ptt == Ptt::kRts ? "keyed" : "not keyed");
+      EXPECT_EQ(PtyShimOutputs() & TIOCM_RTS, 0);
+      if (ptt == Ptt::kRts) {
+        EXPECT_GE(PtyShimAir().tail_ns, kTailMs * 1'000'000LL);
+      }
+      PtyShimSetUart({});
+    }
+  }
+}
+
+TEST_F(SerialLinesTest, ALinkThatCannotEndItsFrameIsStoppedAllTheSame) {
+  config_.lines = {CarrierSense::kNone, Ptt::kRts, 0, 60'000};
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));

@@ -122,6 +122,11 @@ asio::awaitable<std::string> Session::Run(Descriptor descriptor) {
   co_return std::visit([](const std::string& why) { return why; }, reason);
 }
 
+void Session::Finish() {
+  finishing_ = true;
+  wake_.cancel();
+}
+
 void Session::Close() {
   error_code ignored;
   closed_ = true;
@@ -285,7 +290,7 @@ asio::awaitable<std::string> Session::Write() {
   error_code error;
   const bool senses = options_.port != nullptr && options_.port->port().senses_carrier();
   const bool keyed = options_.port != nullptr && options_.port->port().is_keyed();
-  while (!ended_ && !closed_) {
+  while (!ended_ && !closed_ && !finishing_) {
     const Clock::time_point now = Clock::now();
     if (!HasUnread(stream_.native_handle())) {
       all_read_ = now;
@@ -310,7 +315,7 @@ asio::awaitable<std::string> Session::Write() {
     if (senses) {
       const bool carrier = co_await options_.port->Make([](Port& port) { return port.carrier(); });
       const bool clear = channel_->IsClear(carrier, At(Clock::now()));
-      if (ended_ || closed_) {
+      if (ended_ || closed_ || finishing_) {
         break;
       }
       if (!clear) {
@@ -342,6 +347,9 @@ asio::awaitable<std::string> Session::Write() {
       co_await KeyDown();
     }
   }
+  if (!keyed && !ended_ && !closed_) {
+    co_await WaitUntilSent();
+  }
   co_return "closed";
 }
 
@@ -366,8 +374,7 @@ asio::awaitable<void> Session::KeyDown() {
 }
 
 // Returns why it failed; empty if it did not. With a line to key, returns when the last bit has
-// left and the tail is over. When it has left, the driver tells; but some tell too early, so it is
-// not before the bytes have had their time either.
+// left and the tail is over.
 asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   if (out.bytes.empty()) {
     co_return "";
@@ -410,15 +417,23 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   const radio::Duration duration = static_cast<int64_t>(size) * options_.channel.timing.byte;
   channel_->OnSent(std::max(channel_->sent_at(), At(Clock::now()) + duration));
   if (options_.port != nullptr && options_.port->port().is_keyed()) {
+    co_await WaitUntilSent();
+  }
+  co_return "";
+}
+
+// And until the tail is over. When the last bit has left, the driver tells; but some tell too
+// early, so it is not before the bytes have had their time either.
+asio::awaitable<void> Session::WaitUntilSent() {
+  if (options_.port != nullptr) {
     co_await options_.port->Make([](Port& port) { port.WaitUntilSent(); });
     if (const radio::Time now = At(Clock::now()); now > channel_->sent_at()) {
       channel_->OnSent(now);
     }
-    if (!ended_ && !closed_) {
-      co_await PauseUntil(PointAt(channel_->sent_at() + options_.channel.timing.tail));
-    }
   }
-  co_return "";
+  if (!ended_ && !closed_) {
+    co_await PauseUntil(PointAt(channel_->sent_at() + options_.channel.timing.tail));
+  }
 }
 
 }  // namespace pheromone::links

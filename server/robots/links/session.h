@@ -55,9 +55,9 @@ class Session {
   Session& operator=(const Session&) = delete;
   ~Session();
 
-  /// Reads and writes until the other side hangs up, an error occurs or Close is called, and all
-  /// calls of the port have returned. Returns the reason as text. Called once. Exceptions of
-  /// on_batch, the tap or the port propagate to the caller.
+  /// Reads and writes until the other side hangs up, an error occurs, what Finish waits for has
+  /// happened or Close is called, and all calls of the port have returned. Returns the reason as
+  /// text. Called once. Exceptions of on_batch, the tap or the port propagate to the caller.
   boost::asio::awaitable<std::string> Run(Descriptor descriptor);
 
   /// Sends a command or a deferred answer.
@@ -67,6 +67,8 @@ class Session {
   /// waits, and goes on with the rounds of these robots.
   void TakeOver(const std::vector<radio::RoundMember>& members);
 
+  /// Sends nothing new, and ends Run when what has begun to be sent has left to its last bit.
+  void Finish();
   /// Ends Run, even if it has not begun.
   void Close();
   bool closed() const { return closed_; }
@@ -88,6 +90,7 @@ class Session {
   boost::asio::awaitable<bool> KeyUp();
   boost::asio::awaitable<void> KeyDown();
   boost::asio::awaitable<std::string> Transmit(radio::Transmission out);
+  boost::asio::awaitable<void> WaitUntilSent();
   boost::asio::awaitable<void> PauseUntil(Clock::time_point end);
   boost::asio::awaitable<boost::system::error_code> WritePermitted(std::span<const uint8_t> bytes,
                                                                    size_t* size);
@@ -116,6 +119,7 @@ class Session {
   std::vector<protocol::Message> batch_;
   std::vector<engine::Outgoing> answers_;
   bool is_refusing_ = false;  // what the channel drops is refused
+  bool finishing_ = false;
   bool closed_ = false;
   bool ended_ = false;            // one of reading and writing has
   bool is_cut_ = false;           // the last frame was not sent to its end

@@ -202,7 +202,7 @@ static void Transmit(int descriptor, ssize_t size) {
     byte_ns = 10000000000LL / BaudOf(cfgetospeed(&mode));
     busy_until_ns = (busy_until_ns > now ? busy_until_ns : now) + size * byte_ns;
     sent.bytes += size;
-    sent.cut += outputs & uart.key_line ? 0 : size;
+    sent.cut += uart.key_line == 0 || (outputs & uart.key_line) != 0 ? 0 : size;
   }
   pthread_mutex_unlock(&lock);
 }
@@ -238,6 +238,18 @@ int tcdrain(int descriptor) {
     }
     nanosleep(&pause, NULL);
   }
+}
+
+/* What is in the driver's buffer does not leave any more. */
+int tcflush(int descriptor, int queue) {
+  if (queue != TCIFLUSH && IsPort(descriptor)) {
+    pthread_mutex_lock(&lock);
+    const long long buffered = uart.fifo != 0 ? Buffered() : 0;
+    sent.cut += buffered;
+    busy_until_ns -= buffered * byte_ns;
+    pthread_mutex_unlock(&lock);
+  }
+  return (int)syscall(SYS_ioctl, descriptor, TCFLSH, queue);
 }
 
 __attribute__((constructor)) static void OpenKey(void) {

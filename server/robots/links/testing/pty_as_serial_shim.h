@@ -58,7 +58,7 @@ struct PtyShimRs485 PtyShimGetRs485(void);
  * until PtyShimStopUart(0). */
 struct PtyShimUart {
   int fifo;         /* bytes besides that in the shift register; 0: bits take no time */
-  int key_line;     /* TIOCM_RTS, TIOCM_DTR */
+  int key_line;     /* TIOCM_RTS, TIOCM_DTR; 0: none */
   int has_lsr;      /* the driver tells whether the shift register is empty (TIOCSERGETLSR) */
   int drains_early; /* tcdrain returns when the FIFO has the last byte, like the worst drivers */
 };
@@ -68,7 +68,8 @@ void PtyShimStopUart(int stop);
 
 struct PtyShimSent {
   long long bytes;   /* given to the UART */
-  long long cut;     /* of these, without the line raised from the first to the last bit */
+  long long cut;     /* of these, without the line raised from the first to the last bit, or
+                      * flushed before they left */
   long long tail_ns; /* from the last bit to when the line was last lowered */
 };
 struct PtyShimSent PtyShimAir(void);
