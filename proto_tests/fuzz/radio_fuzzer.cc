@@ -250,7 +250,7 @@ class Driver {
     const bool has_round = Decode(messages.back(), &round);
     if (options_.half_duplex) {
       Require(now_ >= sent_at_);
-      Require(now_ >= reserved_until_ || (has_round && AllHeard()));
+      Require(now_ >= reserved_until_ || (has_round && TurnsAreOver()));
       sent_at_ = channel_.sent_at();
       const Duration lead = options_.timing.keyed ? options_.timing.lead : Duration(0);
       Require(sent_at_ ==
@@ -277,7 +277,8 @@ class Driver {
   }
 
   void TakeRound(const protocol::Round& round) {
-    Require(round.number == static_cast<uint8_t>(number_ + 1));
+    const auto step = static_cast<uint8_t>(round.number - number_);
+    Require(step == 1 || (step == 2 && turns_.empty()));
     Require(round.answer_count == turns_.size());
     constexpr auto kNotYet = static_cast<int16_t>(protocol::Reason::kBusy);  // nothing here is busy
     for (size_t i = 0; i < turns_.size(); ++i) {
@@ -297,12 +298,12 @@ class Driver {
     }
     turns_.assign(round.turns, round.turns + round.turn_count);
     heard_.clear();
-    const Duration turn = round.turn_ms * 1ms;
+    turn_ = round.turn_ms * 1ms;
     Require(turns_.empty() ||
-            turn >= options_.timing.turnaround + round.turn_bytes * options_.timing.byte);
+            turn_ >= options_.timing.turnaround + round.turn_bytes * options_.timing.byte);
     reserved_until_ = sent_at_ + options_.timing.Transit();
     if (!turns_.empty()) {
-      reserved_until_ += protocol::kBeforeTurnsMs * 1ms + round.turn_count * turn;
+      reserved_until_ += protocol::kBeforeTurnsMs * 1ms + round.turn_count * turn_;
     }
   }
 
@@ -323,11 +324,14 @@ class Driver {
     return true;
   }
 
-  // Whether each robot has been heard as often as it was given a turn.
-  bool AllHeard() {
+  // Whether each robot has been heard as often as it was given a turn, or the time of it is over.
+  bool TurnsAreOver() {
     std::map<uint8_t, int> left = heard_;
-    return std::all_of(turns_.begin(), turns_.end(),
-                       [&left](uint8_t id) { return --left[id] >= 0; });
+    Time end = reserved_until_ - static_cast<int64_t>(turns_.size()) * turn_;
+    return std::all_of(turns_.begin(), turns_.end(), [&](uint8_t id) {
+      end += turn_;
+      return --left[id] >= 0 || now_ >= end;
+    });
   }
 
   std::optional<Time> TakeExact(const protocol::Message& message) {
@@ -369,6 +373,7 @@ class Driver {
   std::multimap<uint8_t, protocol::RoundAnswer> told_;  // the intensities in it
   std::map<uint8_t, int> heard_;                        // since then, by ID
   Time sent_at_{};
+  Duration turn_{};
   Time reserved_until_{};
   uint16_t unique_ = 0;
   uint8_t number_ = 0;

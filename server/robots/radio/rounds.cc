@@ -226,19 +226,17 @@ Time Rounds::NextRound() const {
   if (turns_.empty()) {
     return std::max({std::min(FirstDue(), sent_at_ + kLongestSilence), turns_end_, *begin_});
   }
-  Time end = turns_end_;
-  bool all_heard = true;
+  Time end = Time::min();
   Time last = Time::min();
   bool all_answered = true;
-  for (const Turn& turn : turns_) {
-    all_heard &= turn.heard.has_value();
-    last = std::max(last, turn.heard.value_or(Time::min()));
+  for (size_t i = 0; i < turns_.size(); ++i) {
+    const Turn& turn = turns_[i];
+    end = std::max(end, turn.heard.value_or(EndOf(i + 1)));
+    last = std::max(last, turn.heard.value_or(last));
     all_answered &= !turn.answerable || turn.answer.has_value();
   }
   if (openings_.open()) {
     end = openings_.end();
-  } else if (all_heard) {
-    end = last;
   }
   if (all_answered) {
     return end;
@@ -284,7 +282,8 @@ void Rounds::CountTurns(Time now) {
       robot.more_bytes = 0;
       CountLate(*request, &robot);
       const Duration interval = request->told ? Duration(0) : Interval(robot);
-      robot.due = std::max(robot.due + interval, *request->heard);  // nothing is caught up
+      const Time asked = std::min(robot.due, begun_at_);        // in step with the others
+      robot.due = std::max(asked + interval, *request->heard);  // nothing is caught up
       CountHeard(&robot, false);
     } else if (turn.damaged) {
       CountHeard(&robot, true);  // it is there, and still due
@@ -411,10 +410,20 @@ size_t Rounds::RoundsForAll() const {
   return std::max<size_t>(1, (robots_.size() + MostTurns() - 1) / MostTurns());
 }
 
+// A round that answers nobody may have any number. EVENTs are told in the turns of each eighth:
+// that must not always be one without turns, where these come in every second round.
+uint8_t Rounds::NextNumber() {
+  ++number_;
+  if (turns_.empty() && (number_ + 1) % protocol::kEventRounds == 0) {
+    ++number_;
+  }
+  return number_;
+}
+
 Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   Composed composed;
   protocol::Round round;
-  round.number = ++number_;
+  round.number = NextNumber();
   for (Turn& turn : turns_) {
     protocol::RoundAnswer entry{protocol::kNoIntensities, 0};
     if (turn.answer) {
@@ -434,6 +443,7 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   CountTurns(now);
   openings_.Judge(now, in_bad_air());
   turns_.clear();
+  begun_at_ = now;
   active_ &= !robots_.empty();
   const size_t bytes = std::min(GiveTurns(now, acks), MostBytes());
   const bool must_arrive = openings_.IsForNewcomers(now, number_) || IsForOneThatMisses();
@@ -502,14 +512,17 @@ bool Rounds::IsForOneThatMisses() const {
   });
 }
 
+// When the first of the turns are over, so many, whatever was heard.
+Time Rounds::EndOf(size_t turns) const {
+  const Time begin = sent_at_ + options_.timing.Transit();
+  return turns == 0 ? begin
+                    : begin + std::chrono::milliseconds(protocol::kBeforeTurnsMs) +
+                          static_cast<int64_t>(turns) * turn_ + options_.timing.adapter;
+}
+
 void Rounds::OnSent(Time end) {
   sent_at_ = end;
-  const auto turns = static_cast<int64_t>(turns_.size());
-  turns_end_ = end + options_.timing.Transit();
-  if (turns != 0) {
-    turns_end_ += std::chrono::milliseconds(protocol::kBeforeTurnsMs) + turns * turn_ +
-                  options_.timing.adapter;
-  }
+  turns_end_ = EndOf(turns_.size());
   openings_.OnSent(turns_end_);
 }
 

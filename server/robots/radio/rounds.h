@@ -139,9 +139,11 @@ class Rounds {
   static void CountLate(const Turn& turn, Robot* robot);
   std::vector<uint8_t> Choose(Time now, size_t most);
   size_t GiveTurns(Time now, std::vector<uint8_t> acks);
+  uint8_t NextNumber();
   void Repeat(Composed* composed);
   bool IsForOneThatMisses() const;
   Time FirstDue() const;
+  Time EndOf(size_t turns) const;
   Time LastHeard() const;
   bool in_bad_air() const;
   Duration ExchangeTime() const;
@@ -168,6 +170,7 @@ class Rounds {
   double damaged_ = 0;                  // the share of requests, of those that are heard
   Time damaged_at_ = Time::min();       // the last turn in which something was not whole
   Duration turn_{};
+  Time begun_at_{};
   Time sent_at_{};
   Time turns_end_ = Time::min();
   RoundCounters counters_;
