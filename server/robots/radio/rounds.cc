@@ -183,6 +183,8 @@ std::vector<protocol::Message> Rounds::DropAnswers() {
 }
 
 void Rounds::Join(uint8_t id, Time now) {
+  // It awaits no answer of before.
+  std::erase_if(told_, [id](const auto& it) { return it.id == id; });
   if (wished_[id] == 0 || MostBytes() < LeastBytes()) {
     robots_.erase(id);
     return;
