@@ -36,6 +36,11 @@ constexpr int kAveraged = 64;  // requests
 constexpr Duration kForgotten = 30s;
 constexpr Duration kLongestSilence = 800ms;  // robots give rounds up after two seconds without one
 
+bool IsForIntensities(const protocol::Message& request) {
+  return protocol::TakesType(request.opcode) &&
+         protocol::ServiceOf(request.opcode) != protocol::kDeposit;
+}
+
 size_t WireBytes(const protocol::Message& message) {
   std::array<uint8_t, protocol::kMaxFrame> frame{};
   return protocol::EncodeFrame(message, frame.data(), frame.size());
@@ -91,16 +96,21 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
   }
   const auto turn = std::find_if(turns_.begin(), turns_.end(),
                                  [&](const Turn& it) { return it.id == message.id && !it.heard; });
+  const auto robot = robots_.find(message.id);
+  const size_t bytes = WireBytes(message) + (signed_ ? protocol::kSignature : 0);
+  // Who takes turns asks for intensities in these, unless its frame does not fit: when it is heard
+  // later, the machine or an adapter has paused. In bad air it may have missed the ROUND.
+  const bool only_in_turn = IsForIntensities(message) && bytes <= turn_bytes_ && !in_bad_air() &&
+                            robot != robots_.end() && robot->second.misses == 0;
   // What may have arrived before the ROUND had left is no answer's cause in the next: its robot may
   // have sent a change in the turn, which the ROUND would acknowledge, heard or not.
-  if (turn != turns_.end() && since >= sent_at_ && at <= LastHeard()) {
+  if (turn != turns_.end() && since >= sent_at_ && (at <= LastHeard() || only_in_turn)) {
     turn->heard = at;
     turn->answerable = message.opcode != protocol::kCommandAck;
     turn->told = message.opcode == protocol::kEvent;
   } else if (openings_.open() && at > LastHeard()) {
     openings_.OnMessage(message, serves(message.id));
   }
-  const auto robot = robots_.find(message.id);
   if (robot == robots_.end()) {
     openings_.OnOther(message.id, at);
     return;
@@ -109,9 +119,8 @@ void Rounds::OnHeard(const protocol::Message& message, Time at, Time since) {
   it.heard = at;
   it.greets &= message.opcode == protocol::kHello;
   CountUnused(&it);
-  const size_t bytes = WireBytes(message) + (signed_ ? protocol::kSignature : 0) + kMoreStuffing;
-  if (bytes >= it.frame_bytes || ++it.shorter == kShorterFrames) {
-    it.frame_bytes = bytes;
+  if (bytes + kMoreStuffing >= it.frame_bytes || ++it.shorter == kShorterFrames) {
+    it.frame_bytes = bytes + kMoreStuffing;
     it.shorter = 0;
   }
 }
@@ -447,7 +456,7 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   turns_.clear();
   begun_at_ = now;
   active_ &= !robots_.empty();
-  const size_t bytes = std::min(GiveTurns(now, acks), MostBytes());
+  turn_bytes_ = std::min(GiveTurns(now, acks), MostBytes());
   const bool must_arrive = openings_.IsForNewcomers(now, number_) || IsForOneThatMisses();
   form_ = air_.Choose(
       [this](const auto& use) {
@@ -459,10 +468,10 @@ Rounds::Composed Rounds::Compose(Time now, const std::vector<uint8_t>& acks) {
   if (must_arrive) {
     form_ = RoundForm::kCoded;
   }
-  turn_ = TurnTime(bytes);
+  turn_ = TurnTime(turn_bytes_);
   round.turn_ms = static_cast<uint8_t>(turn_ / 1ms);
   round.slot_ms = static_cast<uint8_t>(options_.slot.count());
-  round.turn_bytes = static_cast<uint8_t>(bytes);
+  round.turn_bytes = static_cast<uint8_t>(turn_bytes_);
   for (const Turn& turn : turns_) {
     round.turns[round.turn_count++] = turn.id;
   }

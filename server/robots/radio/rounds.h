@@ -169,6 +169,7 @@ class Rounds {
   RoundForm form_ = RoundForm::kPlain;  // of the last ROUND
   double damaged_ = 0;                  // the share of requests, of those that are heard
   Time damaged_at_ = Time::min();       // the last turn in which something was not whole
+  size_t turn_bytes_ = 0;               // the longest frame that fits
   Duration turn_{};
   Time begun_at_{};
   Time sent_at_{};

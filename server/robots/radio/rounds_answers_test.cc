@@ -64,6 +64,28 @@ TEST_F(RoundsTest, ATurnThatBeganLateIsAnsweredInARoundToo) {
   EXPECT_EQ(air_.channel().counters().rounds.missed, 0u);
 }
 
+// Who takes its turns asks in no opening.
+TEST_F(RoundsTest, ATurnThatIsHeardInTheOpeningIsAnsweredInARoundToo) {
+  Join(1, 3, 300ms);
+  air_.contenders.push_back(Sense(200));  // from now on each round has an opening
+  air_.AdvanceTo(air_.now() + 1s);
+  air_.pause = 8ms;
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 3s);
+  int openings = 0;
+  for (const Sent& sent : air_.sent()) {
+    if (sent.begin < from) {
+      continue;
+    }
+    for (const protocol::Message& message : sent.messages) {
+      EXPECT_TRUE(message.id == 200 || message.opcode == protocol::kRound) << int{message.id};
+    }
+    openings += sent.round() && sent.round()->turn_count != 0 && sent.round()->open_slots != 0;
+  }
+  EXPECT_GT(openings, 8);
+  EXPECT_EQ(air_.channel().counters().rounds.missed, 0u);
+}
+
 TEST_F(RoundsTest, ARobotThatWasNotHeardIsToldToSendAgain) {
   Join(1, 2, 100ms);
   air_.in_turn[2] = [] { return std::nullopt; };

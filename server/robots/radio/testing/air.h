@@ -130,6 +130,8 @@ class Air {
   std::function<bool(uint8_t id)> damages = [](uint8_t) { return false; };
   /// Whether the last turn begins as late, and takes as long, as a turn may.
   bool last_is_late = false;
+  /// How much later what is sent in the last turn before an opening is heard: the machine pauses.
+  Duration pause{};
   /// Sent by clients that contend, one in each opening.
   std::deque<protocol::Message> contenders;
   /// Whether there are always two of them, which nobody understands.
@@ -262,7 +264,9 @@ class Air {
         const Duration lasts = late ? std::chrono::milliseconds(protocol::kLatestTurnMs) +
                                           round.turn_bytes * options_.timing.byte
                                     : Lasts(*message);
-        HearAt(TurnBegins(sent, i) + options_.timing.turnaround + lasts, *message,
+        const bool before_opening = i + 1 == round.turn_count && round.open_slots != 0;
+        const Duration later = before_opening ? pause : Duration(0);
+        HearAt(TurnBegins(sent, i) + options_.timing.turnaround + lasts + later, *message,
                damages(round.turns[i]));
       }
     }
