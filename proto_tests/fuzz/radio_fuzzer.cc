@@ -277,8 +277,8 @@ class Driver {
   }
 
   void TakeRound(const protocol::Round& round) {
-    const auto step = static_cast<uint8_t>(round.number - number_);
-    Require(step == 1 || (step == 2 && turns_.empty()));
+    const int step = turns_.empty() && (number_ + 2) % protocol::kEventRounds == 0 ? 2 : 1;
+    Require(round.number == static_cast<uint8_t>(number_ + step));
     Require(round.answer_count == turns_.size());
     constexpr auto kNotYet = static_cast<int16_t>(protocol::Reason::kBusy);  // nothing here is busy
     for (size_t i = 0; i < turns_.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "protocol/coded_frame.h"
@@ -273,12 +274,24 @@ Duration Rounds::Interval(const Robot& robot) const {
   return std::chrono::duration_cast<Duration>(arrives * robot.period);
 }
 
+// Those fall into step. With others, who wishes less would be asked as often as who wishes more.
+bool Rounds::AreOfOnePeriod() const {
+  std::set<Duration> periods;
+  for (const Turn& turn : turns_) {
+    if (const auto robot = robots_.find(turn.id); robot != robots_.end()) {
+      periods.insert(robot->second.period);
+    }
+  }
+  return periods.size() <= 1;
+}
+
 // Who was heard in the last round, and when each is due again.
 void Rounds::CountTurns(Time now) {
   // A ROUND that nobody received has collided, and says nothing of the air.
   const bool all_missed =
       turns_.size() > 2 && std::none_of(turns_.begin(), turns_.end(),
                                         [](const Turn& it) { return it.heard || it.damaged; });
+  const bool in_step = AreOfOnePeriod();
   for (const Turn& turn : turns_) {
     const auto found = robots_.find(turn.id);
     if (found == robots_.end() || turn.for_ack) {
@@ -293,7 +306,7 @@ void Rounds::CountTurns(Time now) {
       robot.more_bytes = 0;
       CountLate(*request, &robot);
       const Duration interval = request->told ? Duration(0) : Interval(robot);
-      const Time asked = std::min(robot.due, begun_at_);        // in step with the others
+      const Time asked = in_step ? std::min(robot.due, begun_at_) : robot.due;
       robot.due = std::max(asked + interval, *request->heard);  // nothing is caught up
       CountHeard(&robot, false);
     } else if (turn.damaged) {

@@ -135,6 +135,7 @@ class Rounds {
   void CountHeard(Robot* robot, bool damaged);
   void CountMissed(Robot* robot, Time now);
   Duration Interval(const Robot& robot) const;
+  bool AreOfOnePeriod() const;
   void CountTurns(Time now);
   static void CountLate(const Turn& turn, Robot* robot);
   std::vector<uint8_t> Choose(Time now, size_t most);

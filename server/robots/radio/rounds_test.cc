@@ -126,6 +126,16 @@ TEST_F(RoundsTest, RobotsThatHaveFallenOutOfStepAreAskedTogetherAgain) {
   EXPECT_LE(alone, 2);
 }
 
+// It is not asked whenever the others are.
+TEST_F(RoundsTest, WhoWishesLessIsAskedLess) {
+  Join(1, 7, 200ms);
+  Join(8, 8, 340ms);
+  const Time from = air_.now();
+  air_.AdvanceTo(from + 60s);
+  EXPECT_LT(static_cast<double>(TurnsOf(8, from)), 1.05 * 60'000 / 340);
+  EXPECT_GT(static_cast<double>(TurnsOf(8, from)), 0.95 * 60'000 / 340);
+}
+
 // There is a ROUND with turns and one with their answers, in turn. EVENTs are told in those turns
 // whose ROUND's number is a multiple of 8, and openings are few.
 TEST_F(RoundsTest, EventsCanBeToldInTurnsWhereEachSecondRoundHasNone) {
