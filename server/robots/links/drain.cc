@@ -5,6 +5,7 @@
 #include <termios.h>
 #include <time.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 
@@ -38,10 +39,11 @@ void Drain(int handle, uint32_t baud) {
   const auto deadline =
       std::chrono::steady_clock::now() + left * byte_time + std::chrono::seconds(1);
   for (; left > 0; left = Buffered(handle)) {
-    if (std::chrono::steady_clock::now() > deadline) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now > deadline) {
       return;  // tcdrain would not return either
     }
-    Sleep(left * byte_time);
+    Sleep(std::min<std::chrono::nanoseconds>(left * byte_time, deadline - now));
   }
   while (tcdrain(handle) != 0 && errno == EINTR) {
   }

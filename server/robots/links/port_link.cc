@@ -31,8 +31,9 @@ constexpr std::chrono::milliseconds kBetweenLooks{500};
 constexpr std::chrono::seconds kHaltKept{3};
 constexpr size_t kMaxKeptHalts = engine::RobotsPart::kBroadcastTransmissions;
 
-// How long what is on the air may take to its end when the link is stopped. A frame of the greatest
-// length needs 1.2 s at 1200 baud, and a dead modem must not hold up the end of the daemon.
+// How long what is on the air may take to its end when the link is stopped: several frames have
+// that time at 1200 baud. A modem that takes no bytes any more must not hold up the end of the
+// daemon.
 constexpr std::chrono::seconds kLongestFinish{4};
 
 using Timer = asio::basic_waitable_timer<Clock>;

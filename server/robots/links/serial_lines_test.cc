@@ -292,8 +292,8 @@ TEST_F(SerialLinesTest, ATransceiverIsKeyedUntilTheDriverSaysThatTheLastBitHasLe
   EXPECT_EQ(PtyShimAir().cut, 0);
 }
 
-// An answer that is longer than the FIFO, and none of whose bits can leave before the end begins.
-// With a line to key, its tail is part of it.
+// An answer that is longer than the FIFO. With a line to key, none of its bits can leave before the
+// end begins, and its tail is part of it.
 TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsEndsItsFrame) {
   constexpr uint16_t kTailMs = 20;
   for (const Ptt ptt : {Ptt::kRts, Ptt::kNone}) {
@@ -305,7 +305,7 @@ TEST_F(SerialLinesTest, ALinkThatIsStoppedWhileItSendsEndsItsFrame) {
       Peer radio = PlugIn();
       ASSERT_TRUE(server.Start(MakeSerialLink(server.io(), config_, server.Context(0))).ok());
       PtyShimSetUart(uart);
-      PtyShimStopUart(1);
+      PtyShimStopUart(ptt == Ptt::kRts ? 1 : 0);
       ASSERT_TRUE(IsEcho(radio.Ask(PingOf(3, 1)), 3, 1));
       server.link().Stop();
       PtyShimStopUart(0);

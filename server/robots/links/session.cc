@@ -347,8 +347,8 @@ asio::awaitable<std::string> Session::Write() {
       co_await KeyDown();
     }
   }
-  if (!keyed && !ended_ && !closed_) {
-    co_await WaitUntilSent();
+  if (!ended_ && !closed_) {
+    co_await PauseUntil(PointAt(channel_->sent_at()));
   }
   co_return "closed";
 }
@@ -374,7 +374,8 @@ asio::awaitable<void> Session::KeyDown() {
 }
 
 // Returns why it failed; empty if it did not. With a line to key, returns when the last bit has
-// left and the tail is over.
+// left and the tail is over. When it has left, the driver tells; but some tell too early, so it is
+// not before the bytes have had their time either.
 asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   if (out.bytes.empty()) {
     co_return "";
@@ -417,23 +418,15 @@ asio::awaitable<std::string> Session::Transmit(radio::Transmission out) {
   const radio::Duration duration = static_cast<int64_t>(size) * options_.channel.timing.byte;
   channel_->OnSent(std::max(channel_->sent_at(), At(Clock::now()) + duration));
   if (options_.port != nullptr && options_.port->port().is_keyed()) {
-    co_await WaitUntilSent();
-  }
-  co_return "";
-}
-
-// And until the tail is over. When the last bit has left, the driver tells; but some tell too
-// early, so it is not before the bytes have had their time either.
-asio::awaitable<void> Session::WaitUntilSent() {
-  if (options_.port != nullptr) {
     co_await options_.port->Make([](Port& port) { port.WaitUntilSent(); });
     if (const radio::Time now = At(Clock::now()); now > channel_->sent_at()) {
       channel_->OnSent(now);
     }
+    if (!ended_ && !closed_) {
+      co_await PauseUntil(PointAt(channel_->sent_at() + options_.channel.timing.tail));
+    }
   }
-  if (!ended_ && !closed_) {
-    co_await PauseUntil(PointAt(channel_->sent_at() + options_.channel.timing.tail));
-  }
+  co_return "";
 }
 
 }  // namespace pheromone::links

@@ -90,7 +90,6 @@ class Session {
   boost::asio::awaitable<bool> KeyUp();
   boost::asio::awaitable<void> KeyDown();
   boost::asio::awaitable<std::string> Transmit(radio::Transmission out);
-  boost::asio::awaitable<void> WaitUntilSent();
   boost::asio::awaitable<void> PauseUntil(Clock::time_point end);
   boost::asio::awaitable<boost::system::error_code> WritePermitted(std::span<const uint8_t> bytes,
                                                                    size_t* size);
