@@ -151,6 +151,12 @@ class DaemonsDriver : public Driver, public sim::Station {
   ~DaemonsDriver() override {
     link_->Stop();
     io_.poll();
+    // It finishes what is on the air.
+    Clock::Set([] {
+      return Clock::time_point(std::chrono::nanoseconds(now_of_->now_ns()) +
+                               std::chrono::seconds(1));
+    });
+    io_.poll();
     EXPECT_TRUE(io_.stopped());
     Clock::Set(nullptr);
   }
