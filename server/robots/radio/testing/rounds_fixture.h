@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "server/robots/radio/testing/air.h"
 
@@ -48,6 +49,13 @@ class RoundsTest : public ::testing::Test {
     }
     ADD_FAILURE() << "there are no two rounds";
     return {};
+  }
+
+  /// The ROUNDs since `since` that have turns.
+  std::vector<protocol::Round> RoundsWithTurns(Time since) const {
+    std::vector<protocol::Round> rounds = air_.Rounds(since);
+    std::erase_if(rounds, [](const auto& round) { return round.turn_count == 0; });
+    return rounds;
   }
 
   size_t TurnsOf(uint8_t id, Time since) const { return air_.TurnsOf(id, since).size(); }
