@@ -103,9 +103,8 @@ TEST(MeasuredRounds, AreThoseOfTheChannelExperiment) {
     // A bin has no more than its two ends: where most gaps are 200 ms, that is up to 3 %.
     EXPECT_NEAR(1000 * robots / channel->gaps.Mean(), answers,
                 (robots < 8 ? 0.03 : 0.015) * answers);
-    // Few robots have few places in a round, 21 ms apart: the median may be either of two.
     EXPECT_NEAR(static_cast<double>(channel->pose_ages.At(0.5)),
-                std::stod(row.at("pose_age_p50_ms")), robots < 8 ? 21 : 10);
+                std::stod(row.at("pose_age_p50_ms")), 10);
     const double stops = std::stod(row.at("fail_safe_stops"));
     const double modelled = channel->gaps.ShareAbove(480) * answers * 60 * 10;
     EXPECT_LE(modelled, 1.2 * stops + 20);
