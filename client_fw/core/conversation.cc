@@ -82,7 +82,10 @@ PHEROMONE_OUTLINED void Conversation::Poll(Moment now_ms, const Odometry* odomet
     return;
   }
   if (phase_ == Phase::kResting && timers_[kPeriod] <= EarlyMs() && !HasTurns()) {
-    Contend(MediumAccess::kAtOnce);  // what was random is in the moment at which the period began
+    // What was random is in the moment at which the period began. If there is only one other robot,
+    // nobody else waits for that to finish.
+    const bool next = IsBuffered() && medium_.state().census.robots() < 2;
+    Contend(next ? MediumAccess::kFirst : MediumAccess::kAtOnce);
   }
   if (phase_ == Phase::kContending && timers_[kPause] == 0 && medium_.MayBegin(IsUrgent())) {
     Begin(odometry);
@@ -115,7 +118,9 @@ void Conversation::OnMiss() {
   // Where others are heard, the window holds all that may be late, and a PING takes a request's
   // place.
   resync_ = parameters().buffered_link && !(kHasAdapters && medium_.state().census.robots() != 0);
-  medium_.OnOutcome(MediumAccess::kMissed);
+  if (!IsBuffered() || !RequestPending()) {
+    medium_.OnOutcome(MediumAccess::kMissed);  // otherwise the query that follows tells
+  }
   if (asked_opcode_ == protocol::kHello) {
     WaitForHello();
   } else {
@@ -135,12 +140,12 @@ void Conversation::Retry() {
   } else {
     // Air loses answers, so there the change is repeated once before it counts as waiting; a
     // buffered link does not, and a modem behind one would have too little time for both.
-    if (RequestPending() &&
-        (attempt_ != 0 || query_ != Query::kNone || (kHasAdapters && parameters().buffered_link))) {
+    if (RequestPending() && (attempt_ != 0 || query_ != Query::kNone || IsBuffered())) {
       query_ = Query::kDue;
     }
     ++attempt_;
-    Contend(MediumAccess::kBackOff);
+    const bool follows = IsBuffered() && RequestPending() && !IsTag(asked_opcode_);
+    Contend(follows ? MediumAccess::kFirst : MediumAccess::kBackOff);
   }
 }
 

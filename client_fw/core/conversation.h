@@ -199,6 +199,8 @@ class Conversation : private ConversationState, private LinkSigning {
   void OnIntensities(const uint8_t* data);
   bool OnError(const uint8_t* data, uint8_t length);
   void OnRefusal(protocol::Reason reason);
+  /// Answers may be late. That of a change rather waits for the log than it is lost.
+  bool IsBuffered() const { return kHasAdapters && parameters().buffered_link; }
   bool RequestPending() const { return memory_->opcode == asked_opcode_; }
 
   // Tags: conversation_tags.cc.

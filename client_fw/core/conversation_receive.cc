@@ -145,7 +145,8 @@ bool Conversation::OnDone(const uint8_t* data, uint8_t length) {
   if (requests_.event_turn && state().events == 0 && (!kHasTags || !HasTagRequest())) {
     Rest();
   } else {
-    Contend();
+    // With nothing to steer by: the change has waited for too long.
+    Contend(IsBuffered() && !requests_.event_turn ? MediumAccess::kFirst : MediumAccess::kRandom);
   }
   return true;
 }

@@ -2,9 +2,12 @@
 // virtual time, with the clients' and the server's own code.
 #include <gtest/gtest.h>
 
+#include <deque>
+
 #include "client_fw/swarm/channel_model.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/simulation.h"
+#include "client_fw/swarm/testing/adapter_robot.h"
 #include "client_fw/swarm/testing/standing_robots.h"
 
 namespace pheromone::swarm {
@@ -17,14 +20,34 @@ constexpr int64_t kStuckFromMs = 20'000;
 constexpr int64_t kStuckToMs = 23'000;
 constexpr int64_t kEndMs = 30'000;
 
-// Changes are synced together, each 300 ms; for 3 s, not at all.
-int64_t DurableAt(int64_t read_ns) {
-  const int64_t ms = read_ns / kMsInNs;
-  if (ms < kSlowFromMs || ms >= kStuckToMs) {
-    return read_ns;
+// Each sync takes 300 ms, and for 3 s none ends. What is written meanwhile waits for the next one.
+class Disk {
+ public:
+  /// When a change that is written now is on disk. To be asked in the order of time.
+  int64_t DurableAt(int64_t now_ns) {
+    const int64_t ms = now_ns / kMsInNs;
+    if (ms < kSlowFromMs || ms >= kStuckToMs) {
+      return now_ns;
+    }
+    if (ms >= kStuckFromMs) {
+      return kStuckToMs * kMsInNs;
+    }
+    while (next_is_due_ && ms >= until_ms_) {
+      next_is_due_ = false;
+      until_ms_ += kSlowSyncMs;
+    }
+    if (ms >= until_ms_) {
+      until_ms_ = ms + kSlowSyncMs;
+      return until_ms_ * kMsInNs;
+    }
+    next_is_due_ = true;
+    return (until_ms_ + kSlowSyncMs) * kMsInNs;
   }
-  return (ms < kStuckFromMs ? (ms / kSlowSyncMs + 1) * kSlowSyncMs : kStuckToMs) * kMsInNs;
-}
+
+ private:
+  int64_t until_ms_ = 0;      // of the sync in progress
+  bool next_is_due_ = false;  // something waits for the next one
+};
 
 struct Outcome {
   uint32_t slow_stops = 0;   // by the fail-safe, in 10 s
@@ -32,48 +55,78 @@ struct Outcome {
   uint32_t answers = 0;      // by which robots steer, while the log is stuck
 };
 
-Outcome WithASlowLog(int robots, bool rounds, int seed = 0) {
+enum class Robots : uint8_t { kInRounds, kContend, kBehindAdapters };
+
+Outcome WithASlowLog(int robots, Robots kind, int seed = 0) {
   ChannelTiming timing;
+  const bool adapters = kind == Robots::kBehindAdapters;
+  timing.adapter_ns = adapters ? kHoldsBackMs * kMsInNs : 0;
+  Disk disk;
   SimulationConfig config;
   config.engine = EngineConfigOf(PathExperiment{});
   config.engine.links = {timing.Link("radio-a")};
   config.server.delay_ns = timing.server_delay_ns;
-  config.server.durable_at = DurableAt;
-  for (int i = 0; i < robots; ++i) {
+  config.server.adapter_ns = timing.adapter_ns;
+  config.server.durable_at = [&disk](int64_t now_ns) { return disk.DurableAt(now_ns); };
+  config.robot.power_on_ms = 2 * kEndMs;  // of the simulation's own, if there are no others
+  std::deque<AdapterRobot> behind_adapters;
+  for (int i = 0; i < robots && !adapters; ++i) {
     RobotConfig robot = StandingRobot(i);
     robot.client.boot_counter = static_cast<uint16_t>(7 + i + 50 * seed);
-    robot.client.rounds = rounds;
-    robot.client.buffered_link = !rounds;  // as pheromone-robot's
+    robot.client.rounds = kind == Robots::kInRounds;
+    robot.client.buffered_link = kind == Robots::kContend;  // as pheromone-robot's
     robot.client.lay_trail = true;
     robot.power_on_ms = int64_t{61} * i + int64_t{13} * seed * (i + 1);
     config.robots.push_back(robot);
   }
-  Simulation simulation(config);
-  Outcome outcome;
-  const auto answers = [&] {
-    uint32_t sum = 0;
-    for (size_t i = 0; i < simulation.robot_count(); ++i) {
-      const client::Counters counters = simulation.robot(i).counters();
-      sum += counters.answers - counters.stale_answers;
+  config.add_listener = [&](size_t, sim::RadioMedium* medium) {
+    for (int i = 0; i < robots && adapters; ++i) {
+      client::Parameters parameters = AdapterRobotParameters(static_cast<uint8_t>(101 + i));
+      parameters.boot_counter = static_cast<uint16_t>(7 + i + 50 * seed);
+      behind_adapters.emplace_back(parameters, Adapter::kLooks, medium);
     }
-    return sum;
   };
-  simulation.RunTo(kSlowFromMs);
-  const uint32_t stops_before = FailSafeStops(simulation);
-  simulation.RunTo(kStuckFromMs);
-  outcome.slow_stops = FailSafeStops(simulation) - stops_before;
-  const uint32_t answers_before = answers();
-  simulation.RunTo(kStuckToMs);
-  outcome.answers = answers() - answers_before;
-  simulation.RunTo(kEndMs);
-  outcome.stuck_stops = FailSafeStops(simulation) - stops_before - outcome.slow_stops;
+  Simulation simulation(config);
+  const auto run_to = [&](int64_t end_ms) {
+    while (simulation.now_ms() < end_ms) {
+      const int64_t ms = simulation.now_ms() + 1;
+      simulation.RunTo(ms);
+      for (AdapterRobot& robot : behind_adapters) {
+        robot.Step(ms);
+      }
+    }
+  };
+  const auto total = [&](auto of) {
+    uint32_t all = 0;
+    for (size_t i = 0; i < simulation.robot_count(); ++i) {
+      all += of(simulation.robot(i).counters());
+    }
+    for (const AdapterRobot& robot : behind_adapters) {
+      all += of(robot.counters());
+    }
+    return all;
+  };
+  const auto stops = [](const client::Counters& counters) { return counters.fail_safe_stops; };
+  const auto answers = [](const client::Counters& counters) {
+    return counters.answers - counters.stale_answers;
+  };
+  Outcome outcome;
+  run_to(kSlowFromMs);
+  const uint32_t stops_before = total(stops);
+  run_to(kStuckFromMs);
+  outcome.slow_stops = total(stops) - stops_before;
+  const uint32_t answers_before = total(answers);
+  run_to(kStuckToMs);
+  outcome.answers = total(answers) - answers_before;
+  run_to(kEndMs);
+  outcome.stuck_stops = total(stops) - stops_before - outcome.slow_stops;
   return outcome;
 }
 
 TEST(SlowLog, RobotsThatLayTrailsNeverStopInRounds) {
   for (const int robots : {2, 3, 4, 5}) {
     for (int seed = 0; seed < 3; ++seed) {
-      const Outcome outcome = WithASlowLog(robots, true, seed);
+      const Outcome outcome = WithASlowLog(robots, Robots::kInRounds, seed);
       EXPECT_EQ(outcome.slow_stops, 0u) << robots << ", seed " << seed;
       EXPECT_EQ(outcome.stuck_stops, 0u) << robots << ", seed " << seed;
       EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;  // in 3 s
@@ -87,7 +140,7 @@ TEST(SlowLog, NorDoSixOrSeven) {
   for (const int robots : {6, 7}) {
     uint32_t slow_stops = 0;
     for (int seed = 0; seed < 5; ++seed) {
-      const Outcome outcome = WithASlowLog(robots, true, seed);
+      const Outcome outcome = WithASlowLog(robots, Robots::kInRounds, seed);
       slow_stops += outcome.slow_stops;
       EXPECT_EQ(outcome.stuck_stops, 0u) << robots << ", seed " << seed;
       EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;
@@ -98,10 +151,21 @@ TEST(SlowLog, NorDoSixOrSeven) {
 
 TEST(SlowLog, NorWhereTheyContend) {
   for (const int robots : {1, 2}) {
-    const Outcome outcome = WithASlowLog(robots, false);
+    const Outcome outcome = WithASlowLog(robots, Robots::kContend);
     EXPECT_EQ(outcome.slow_stops, 0u) << robots;
     EXPECT_EQ(outcome.stuck_stops, 0u) << robots;
     EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;
+  }
+}
+
+TEST(SlowLog, NorBehindAdapters) {
+  for (const int robots : {1, 2}) {
+    for (int seed = 0; seed < 10; ++seed) {
+      const Outcome outcome = WithASlowLog(robots, Robots::kBehindAdapters, seed);
+      EXPECT_EQ(outcome.slow_stops, 0u) << robots << ", seed " << seed;
+      EXPECT_EQ(outcome.stuck_stops, 0u) << robots << ", seed " << seed;
+      EXPECT_GT(outcome.answers, static_cast<uint32_t>(robots) * 6) << robots;
+    }
   }
 }
 
@@ -109,7 +173,7 @@ TEST(SlowLog, NorWhereTheyContend) {
 TEST(SlowLog, ThreeThatContendSeldomStop) {
   uint32_t slow_stops = 0;
   for (int seed = 0; seed < 10; ++seed) {
-    const Outcome outcome = WithASlowLog(3, false, seed);
+    const Outcome outcome = WithASlowLog(3, Robots::kContend, seed);
     slow_stops += outcome.slow_stops;
     EXPECT_EQ(outcome.stuck_stops, 0u) << "seed " << seed;
     EXPECT_GT(outcome.answers, 3 * 6u) << "seed " << seed;

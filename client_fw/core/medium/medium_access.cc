@@ -254,6 +254,8 @@ void MediumAccess::Contend(Delay delay) {
     countdown_ = RandomSlots();
   } else if (delay == kRandom && random_.Below(kAttemptsAPause) == 0) {
     countdown_ = kMinWindow;
+  } else if (kHasAdapters && delay == kFirst) {
+    countdown_ = 1;
   }
   DrawInOpening();
 }
@@ -307,13 +309,15 @@ PHEROMONE_OUTLINED void MediumAccess::OnOutcome(Outcome outcome) {
 
 // Another station's answer is due. Its window begins when its last byte left its UART, a turnaround
 // before we heard it; the slot tells how long that is, but for a byte where there is no carrier
-// detect.
+// detect. Behind adapters, the one that asks waits for its own before it goes on, and we hear that
+// late.
 PHEROMONE_OUTLINED void MediumAccess::Hold() {
   const uint8_t byte_ms = static_cast<uint8_t>(byte_ms_ + 1u);
   const uint8_t turnaround_ms =
       state_.slot_ms > byte_ms ? static_cast<uint8_t>(state_.slot_ms - byte_ms) : uint8_t{0};
   timers_[kHeld] = static_cast<uint16_t>(
-      (state_.window_ms > turnaround_ms ? state_.window_ms - turnaround_ms : 0) + 1);
+      (state_.window_ms > turnaround_ms ? state_.window_ms - turnaround_ms : 0) + 1 +
+      2 * AdapterMs());
 }
 
 void MediumAccess::Tune(uint8_t slot_ms, uint8_t window_ms) {

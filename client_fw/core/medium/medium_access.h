@@ -96,6 +96,7 @@ class MediumAccess : private MediumVariables {
  public:
   enum Delay : uint8_t {
     kAtOnce,   ///< in the next slot
+    kFirst,    ///< in the next slot, also if the channel is not free yet
     kRandom,   ///< after random slots, unless nobody else is about
     kBackOff,  ///< after random slots
   };
