@@ -269,11 +269,14 @@ PHEROMONE_OUTLINED void MediumAccess::DrawInOpening() {
 
 // Who hears others late, behind an adapter, cannot tell neighbouring slots apart; nor does it know
 // when a slot begins, which is counted from a byte. It draws from those that are twice as far apart
-// as it hears late.
+// as it hears late, and from half of them with one other robot at most: they are long.
 PHEROMONE_OUTLINED uint8_t MediumAccess::RandomSlots() {
-  const uint8_t slots = window_.slots();
+  uint8_t slots = window_.slots();
   uint8_t apart = 1;
-  if (kHasAdapters) {
+  if (kHasAdapters && adapter_ms_ != 0) {
+    if (state_.census.robots() < 2) {
+      slots /= 2;
+    }
     const uint16_t wanted =
         static_cast<uint16_t>(1u + (2u * adapter_ms_ + state_.slot_ms - 1u) / state_.slot_ms);
     const uint8_t most = static_cast<uint8_t>(UINT8_MAX / slots);
@@ -309,15 +312,15 @@ PHEROMONE_OUTLINED void MediumAccess::OnOutcome(Outcome outcome) {
 
 // Another station's answer is due. Its window begins when its last byte left its UART, a turnaround
 // before we heard it; the slot tells how long that is, but for a byte where there is no carrier
-// detect. Behind adapters, the one that asks waits for its own before it goes on, and we hear that
-// late.
+// detect. Behind adapters, who asked waits for its own as well before it goes on, and we may have
+// heard its request at once, and what follows late.
 PHEROMONE_OUTLINED void MediumAccess::Hold() {
   const uint8_t byte_ms = static_cast<uint8_t>(byte_ms_ + 1u);
   const uint8_t turnaround_ms =
       state_.slot_ms > byte_ms ? static_cast<uint8_t>(state_.slot_ms - byte_ms) : uint8_t{0};
   timers_[kHeld] = static_cast<uint16_t>(
       (state_.window_ms > turnaround_ms ? state_.window_ms - turnaround_ms : 0) + 1 +
-      2 * AdapterMs());
+      3 * AdapterMs());
 }
 
 void MediumAccess::Tune(uint8_t slot_ms, uint8_t window_ms) {

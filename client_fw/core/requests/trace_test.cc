@@ -99,6 +99,35 @@ TEST(TraceTest, RetryIsTheSameToTheByte) {
   EXPECT_EQ(harness.pose.x_mm, harness.SentTrace().pose.x);
 }
 
+// Behind an adapter a delay as after a collision is long: a robot that drew one would stop.
+TEST(TraceTest, BehindAnAdapterAQueryFollowsDirectly) {
+  Parameters parameters = TraceParameters();
+  parameters.rounds = false;
+  parameters.buffered_link = true;
+  parameters.adapter_ms = 16;
+  Harness harness(parameters);
+  harness.GreetAndServe(1500);
+  constexpr uint32_t kSoonMs = kTestIdleMs + 2 * kTestSlotMs;
+  for (int i = 0; i < 20; ++i) {
+    harness.FeedEncoded(protocol::SenseAnswer{8, 2, false, 0, 0});  // others are about
+    ASSERT_TRUE(harness.RunUntilSent());
+    const uint8_t seq = harness.SentTrace().seq;
+    const uint32_t unanswered_ms = harness.sent_ms + kTestWindowMs + 1 + parameters.adapter_ms;
+    ASSERT_TRUE(harness.RunUntilSent());
+    harness.SentSense();
+    EXPECT_LE(harness.began_ms, unanswered_ms + kTestSlotMs);
+    harness.Answer(0, 0);
+    ASSERT_TRUE(harness.RunUntilSent());
+    EXPECT_EQ(harness.SentTrace().seq, seq);
+    harness.Answer(0, 0);  // old
+    const uint32_t answered_ms = harness.now_ms;
+    ASSERT_TRUE(harness.RunUntilSent());
+    harness.SentSense();
+    EXPECT_LE(harness.began_ms, answered_ms + kSoonMs);
+    harness.Answer(0, 0);
+  }
+}
+
 // A slow log is no reason to stop: protocol/README.md, section 8.
 TEST(TraceTest, WhileItWaitsTheRobotDrivesOnByQueries) {
   Harness harness(TraceParameters());
