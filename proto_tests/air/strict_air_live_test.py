@@ -152,17 +152,18 @@ class Channel:
         time.sleep(JOINED_S)
 
     def measure(self, seconds):
-        """Answers a second and fail-safe stops of each robot, once all are there. What they count is
-        asked over the air, which itself can cost a stop: there are at most so many."""
+        """Answers a second of each robot once all are there, and what is to be told of stops. What
+        they count is asked over the air, which itself can cost a stop: so it is asked once more."""
         self.await_robots()
         before = {robot: self.answers(robot) for robot in self.ids}
-        stops = self.new_stops(seconds)
+        asked = self.stops_in(0)
+        stops = " ".join(map(str, self.new_stops(seconds).values()))
         rates = {}
         for robot in self.ids:
             at, answers = self.answers(robot)
             rates[robot] = (answers - before[robot][1]) / (at - before[robot][0])
         check(min(rates.values()) > 0, f"{self.name}: a robot has no answers: {rates}")
-        return rates, stops
+        return rates, f"{stops}, {asked} in all while no more than that was asked"
 
     def new_stops(self, seconds):
         before = self.stops()
@@ -251,7 +252,7 @@ def tell(name, rates, stops, most=None):
     beside = f", {total / most:.2f} of B_1" if most else ""
     print(f"{name}: {total:.1f} answers/s{beside}; of each "
           + " ".join(f"{rate:.1f}" for rate in rates.values())
-          + "; fail-safe stops " + " ".join(map(str, stops.values())), flush=True)
+          + f"; fail-safe stops {stops}", flush=True)
 
 
 def of_images(folder, count):
