@@ -82,9 +82,9 @@ PHEROMONE_OUTLINED void Conversation::Poll(Moment now_ms, const Odometry* odomet
     return;
   }
   if (phase_ == Phase::kResting && timers_[kPeriod] <= EarlyMs() && !HasTurns()) {
-    // What was random is in the moment at which the period began. If there is only one other robot,
-    // nobody else waits for that to finish.
-    const bool next = IsBuffered() && medium_.state().census.robots() < 2;
+    // What was random is in the moment at which the period began. With only one other robot, nobody
+    // else waits for that to finish.
+    const bool next = IsBuffered() && medium_.at_most_one_other();
     Contend(next ? MediumAccess::kFirst : MediumAccess::kAtOnce);
   }
   if (phase_ == Phase::kContending && timers_[kPause] == 0 && medium_.MayBegin(IsUrgent())) {

@@ -32,7 +32,7 @@ class Disk {
     if (ms >= kStuckFromMs) {
       return kStuckToMs * kMsInNs;
     }
-    while (next_is_due_ && ms >= until_ms_) {
+    if (next_is_due_ && ms >= until_ms_) {
       next_is_due_ = false;
       until_ms_ += kSlowSyncMs;
     }
@@ -55,7 +55,11 @@ struct Outcome {
   uint32_t answers = 0;      // by which robots steer, while the log is stuck
 };
 
-enum class Robots : uint8_t { kInRounds, kContend, kBehindAdapters };
+enum class Robots : uint8_t {
+  kInRounds,
+  kContend,
+  kBehindAdapters,  // contend, and so is the server
+};
 
 Outcome WithASlowLog(int robots, Robots kind, int seed = 0) {
   ChannelTiming timing;
@@ -83,7 +87,8 @@ Outcome WithASlowLog(int robots, Robots kind, int seed = 0) {
     for (int i = 0; i < robots && adapters; ++i) {
       client::Parameters parameters = AdapterRobotParameters(static_cast<uint8_t>(101 + i));
       parameters.boot_counter = static_cast<uint16_t>(7 + i + 50 * seed);
-      behind_adapters.emplace_back(parameters, Adapter::kLooks, medium);
+      behind_adapters.emplace_back(parameters,
+                                   (i + seed) % 2 == 0 ? Adapter::kLooks : Adapter::kWaits, medium);
     }
   };
   Simulation simulation(config);

@@ -156,19 +156,17 @@ class Channel:
         they count is asked over the air, which itself can cost a stop: so it is asked once more."""
         self.await_robots()
         before = {robot: self.answers(robot) for robot in self.ids}
-        asked = self.stops_in(0)
-        stops = " ".join(map(str, self.new_stops(seconds).values()))
+        asked = self.stops()
+        before_stops = self.stops()
+        time.sleep(seconds)
+        stops = " ".join(map(str, added(before_stops, self.stops()).values()))
         rates = {}
         for robot in self.ids:
             at, answers = self.answers(robot)
             rates[robot] = (answers - before[robot][1]) / (at - before[robot][0])
         check(min(rates.values()) > 0, f"{self.name}: a robot has no answers: {rates}")
-        return rates, f"{stops}, {asked} in all while no more than that was asked"
-
-    def new_stops(self, seconds):
-        before = self.stops()
-        time.sleep(seconds)
-        return {robot: stops - before[robot] for robot, stops in self.stops().items()}
+        asking = sum(added(asked, before_stops).values())
+        return rates, f"{stops}, {asking} in all while no more than that was asked"
 
     def stops(self):
         """Asked slowly: a COMMAND, and the EVENT that tells the value, cost a robot an answer, and
@@ -190,7 +188,9 @@ class Channel:
         return sum(now and not before for before, now in zip([False, *stands], stands))
 
     def stops_in(self, seconds):
-        return sum(self.new_stops(seconds).values())
+        before = self.stops()
+        time.sleep(seconds)
+        return sum(added(before, self.stops()).values())
 
     def quanta(self):
         status, told = self.daemon.call("GET", "/api/v1/field?pheromone=trail")
@@ -245,6 +245,10 @@ def end(process):
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+
+
+def added(before, after):
+    return {robot: count - before[robot] for robot, count in after.items()}
 
 
 def tell(name, rates, stops, most=None):
@@ -397,7 +401,7 @@ def sick(arguments):
             (folder / how).touch()
             time.sleep(seconds)
             (folder / how).unlink()  # now they can be asked
-            ill = sum(channel.stops().values()) - sum(before.values())
+            ill = sum(added(before, channel.stops()).values())
             after = channel.stops_in(10)
             made = channel.quanta()
             await_that(lambda: channel.quanta() > made, "changes are made again")

@@ -274,7 +274,7 @@ PHEROMONE_OUTLINED uint8_t MediumAccess::RandomSlots() {
   uint8_t slots = window_.slots();
   uint8_t apart = 1;
   if (kHasAdapters && adapter_ms_ != 0) {
-    if (state_.census.robots() < 2) {
+    if (at_most_one_other()) {
       slots /= 2;
     }
     const uint16_t wanted =

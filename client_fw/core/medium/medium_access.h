@@ -131,6 +131,8 @@ class MediumAccess : private MediumVariables {
   /// The server's slot and response window; 0: unknown.
   void Tune(uint8_t slot_ms, uint8_t window_ms);
   void set_adapter_ms(uint8_t adapter_ms) { adapter_ms_ = adapter_ms; }
+  /// Of the other robots that were heard lately.
+  bool at_most_one_other() const { return state_.census.robots() < 2; }
   /// What a ROUND grants. True: turns of ours.
   bool Grant(const uint8_t* round);
   /// A random number below `bound`.

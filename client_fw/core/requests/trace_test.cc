@@ -99,12 +99,42 @@ TEST(TraceTest, RetryIsTheSameToTheByte) {
   EXPECT_EQ(harness.pose.x_mm, harness.SentTrace().pose.x);
 }
 
-// Behind an adapter a delay as after a collision is long: a robot that drew one would stop.
-TEST(TraceTest, BehindAnAdapterAQueryFollowsDirectly) {
+Parameters AdapterParameters() {
   Parameters parameters = TraceParameters();
   parameters.rounds = false;
   parameters.buffered_link = true;
   parameters.adapter_ms = 16;
+  return parameters;
+}
+
+// It waits for the log: a robot that is alone draws no delay after it.
+TEST(TraceTest, BehindAnAdapterAChangeWithoutAnAnswerIsNoSignOfOthers) {
+  Harness harness(AdapterParameters());
+  harness.GreetAndServe(1500);
+  constexpr uint32_t kSoonMs = kTestIdleMs + (kMinWindow + 1) * kTestSlotMs;  // it listens at times
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(harness.RunUntilSent());
+    harness.SentTrace();
+    ASSERT_TRUE(harness.RunUntilSent());
+    ASSERT_EQ(harness.sent.opcode, protocol::kPing);
+    harness.AnswerPing();
+    const uint32_t answered_ms = harness.now_ms;
+    ASSERT_TRUE(harness.RunUntilSent());
+    harness.SentSense();
+    EXPECT_LE(harness.began_ms, answered_ms + kSoonMs);
+    harness.Answer(0, 0);
+    ASSERT_TRUE(harness.RunUntilSent());
+    harness.SentTrace();
+    harness.Answer(0, 0);  // old
+    ASSERT_TRUE(harness.RunUntilSent());
+    harness.SentSense();
+    harness.Answer(0, 0);
+  }
+}
+
+// Behind an adapter a delay as after a collision is long: a robot that drew one would stop.
+TEST(TraceTest, BehindAnAdapterAQueryFollowsDirectly) {
+  const Parameters parameters = AdapterParameters();
   Harness harness(parameters);
   harness.GreetAndServe(1500);
   constexpr uint32_t kSoonMs = kTestIdleMs + 2 * kTestSlotMs;
