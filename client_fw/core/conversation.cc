@@ -140,8 +140,8 @@ void Conversation::Retry() {
   } else {
     // Air loses answers, so there the change is repeated once before it counts as waiting; a
     // buffered link does not, and a modem behind one would have too little time for both.
-    if (RequestPending() && (attempt_ != 0 || query_ != Query::kNone || IsBuffered())) {
-      query_ = Query::kDue;
+    if (RequestPending() && (attempt_ != 0 || query_ >= kQueryMade || IsBuffered())) {
+      query_ = kQueryDue;
     }
     ++attempt_;
     const bool follows = IsBuffered() && RequestPending() && !IsTag(asked_opcode_);

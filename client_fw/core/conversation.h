@@ -111,9 +111,7 @@ class Conversation : private ConversationState, private LinkSigning {
   uint8_t awaited_opcode() const { return phase_ == Phase::kAwaiting ? asked_opcode_ : 0; }
 
   /// On what it depends whether the next request is a query, for checkers that compare states.
-  uint8_t query_phase() const {
-    return static_cast<uint8_t>(2 * static_cast<uint8_t>(query_) + (attempt_ != 0 ? 1 : 0));
-  }
+  uint8_t query_phase() const { return static_cast<uint8_t>(2 * query_ + (attempt_ != 0 ? 1 : 0)); }
 
   /// The number of the ROUND that is to bring the answer to what was sent in a turn; -1: none.
   int awaited_round() const {

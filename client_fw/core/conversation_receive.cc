@@ -180,10 +180,10 @@ void Conversation::OnRefusal(Reason reason) {
     GreetAgain();
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
     medium_.OnOutcome(MediumAccess::kBusy);
-    if (RequestPending()) {
-      query_ = Query::kDue;
-    }
     Retry();
+    if (RequestPending()) {
+      query_ = kQueriesDue;
+    }
   } else if (IsTag(asked_opcode_)) {
     OnTagRefusal(reason);
   } else {

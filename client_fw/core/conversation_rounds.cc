@@ -35,6 +35,7 @@ void Conversation::OnRoundAnswer(const uint8_t* answer) {
       answer != nullptr ? protocol::GetI16(answer) : int16_t{protocol::kNoIntensities};
   if (left != protocol::kNoIntensities) {
     if (RequestPending()) {
+      query_ &= kQueryMade;  // unless one was made, the log is quick
       memory_->opcode = 0;
     }
     too_long_ = false;
@@ -54,6 +55,9 @@ void Conversation::OnRoundAnswer(const uint8_t* answer) {
   if (!requests_.greeted) {
     WaitForHello();
   } else {
+    if (query_ != kNoQuery && RequestPending()) {
+      query_ = kQueryDue;
+    }
     ++attempt_;
     attempt_ = attempt_ > kMaxRetries ? kMaxRetries : attempt_;
     Contend();

@@ -149,31 +149,86 @@ TEST(RoundsTest, AnAnswerThatIsSaidAgainAfterAMissedRoundIsTaken) {
 }
 
 // It was heard, but is not on disk yet: the robot drives on by queries.
-TEST(RoundsTest, WhileAChangeWaitsEverySecondTurnIsForAQuery) {
+TEST(RoundsTest, WhileAChangeWaitsEveryFifthTurnIsForItsRepetition) {
   Rounds harness(Tracing());
   harness.Greet();
   harness.Grant({kTestId});
   ASSERT_NE(0u, harness.TurnAfter());
   const std::vector<uint8_t> first = harness.wire;
   const auto busy = static_cast<int16_t>(protocol::Reason::kBusy);
+  protocol::RoundAnswer answer{protocol::kNoIntensities, busy};
   for (int16_t i = 0; i < 10; ++i) {
-    harness.pose.x_mm += 50;
-    harness.AnswerRound({{protocol::kNoIntensities, busy}}, {kTestId});
-    ASSERT_NE(0u, harness.TurnAfter());
-    EXPECT_EQ(harness.pose.x_mm, harness.SentSense().pose.x);
-    harness.AnswerRound({{static_cast<int16_t>(5 + i), 6}}, {kTestId});
-    EXPECT_EQ(5 + i, harness.conversation.state().p_left);
+    for (int16_t k = 0; k < kQueriesWhileBusy; ++k) {
+      harness.pose.x_mm += 50;
+      harness.AnswerRound({answer}, {kTestId});
+      ASSERT_NE(0u, harness.TurnAfter());
+      EXPECT_EQ(harness.pose.x_mm, harness.SentSense().pose.x);
+      answer = {static_cast<int16_t>(5 + 4 * i + k), 6};
+    }
+    harness.AnswerRound({answer}, {kTestId});
+    EXPECT_EQ(answer.left, harness.conversation.state().p_left);
     ASSERT_NE(0u, harness.TurnAfter());
     EXPECT_EQ(first, harness.wire);
+    answer = {protocol::kNoIntensities, busy};
   }
   harness.AnswerRound({{70, 80}}, {kTestId});  // of the pose where it was then
-  EXPECT_EQ(14, harness.conversation.state().p_left);
+  EXPECT_EQ(44, harness.conversation.state().p_left);
   ASSERT_NE(0u, harness.TurnAfter());
   harness.SentSense();
   harness.AnswerRound({{7, 8}}, {kTestId});
   EXPECT_EQ(7, harness.conversation.state().p_left);
   ASSERT_NE(0u, harness.TurnAfter());
   EXPECT_EQ(2, harness.SentTrace().seq);
+}
+
+// While the log is slow, a change that the air has lost is not repeated at once: with its answer,
+// which comes late, the robot would have nothing to steer by for four rounds.
+TEST(RoundsTest, AfterAChangeThatWaitedALostOneIsFollowedByAQuery) {
+  Rounds harness(Tracing());
+  harness.Greet();
+  harness.Grant({kTestId});
+  const protocol::RoundAnswer lost{protocol::kNoIntensities, 0};
+  const auto busy = static_cast<int16_t>(protocol::Reason::kBusy);
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_NE(0u, harness.TurnAfter());
+    const uint8_t waits = harness.SentTrace().seq;
+    harness.AnswerRound({{protocol::kNoIntensities, busy}}, {kTestId});
+    for (int k = 0; k < kQueriesWhileBusy; ++k) {
+      ASSERT_NE(0u, harness.TurnAfter());
+      harness.SentSense();
+      harness.AnswerRound({{5, 6}}, {kTestId});
+    }
+    ASSERT_NE(0u, harness.TurnAfter());
+    EXPECT_EQ(waits, harness.SentTrace().seq);
+    harness.AnswerRound({{5, 6}}, {kTestId});
+    ASSERT_NE(0u, harness.TurnAfter());
+    harness.SentSense();
+    harness.AnswerRound({{5, 6}}, {kTestId});
+
+    ASSERT_NE(0u, harness.TurnAfter());
+    const std::vector<uint8_t> change = harness.wire;
+    harness.SentTrace();
+    harness.AnswerRound({lost}, {kTestId});
+    ASSERT_NE(0u, harness.TurnAfter());
+    harness.SentSense();
+    harness.AnswerRound({{5, 6}}, {kTestId});
+    ASSERT_NE(0u, harness.TurnAfter());
+    EXPECT_EQ(change, harness.wire);
+    harness.AnswerRound({{5, 6}}, {kTestId});
+    ASSERT_NE(0u, harness.TurnAfter());
+    harness.SentSense();
+    harness.AnswerRound({{5, 6}}, {kTestId});
+  }
+  // One that is answered at once shows that the log is quick again.
+  ASSERT_NE(0u, harness.TurnAfter());
+  harness.SentTrace();
+  harness.AnswerRound({{5, 6}}, {kTestId});
+  ASSERT_NE(0u, harness.TurnAfter());
+  const std::vector<uint8_t> change = harness.wire;
+  harness.SentTrace();
+  harness.AnswerRound({lost}, {kTestId});
+  ASSERT_NE(0u, harness.TurnAfter());
+  EXPECT_EQ(change, harness.wire);
 }
 
 TEST(RoundsTest, AnAnswerWithoutIntensitiesMeansOnceMoreOrIsTheReasonOfAnError) {

@@ -71,9 +71,9 @@ bool Conversation::MakeRequest(const Odometry* odometry) {
     PreferSteering();
   }
   if (opcode != 0 && !IsTag(opcode)) {
-    if (query_ != Query::kDue || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
+    if (query_ <= kQueryMade || odometry == nullptr || !MakeFresh(*odometry, &opcode)) {
       Count(&Counters::duplicates);
-      if (query_ == Query::kMade) {
+      if (query_ == kQueryMade) {
         timers_[kPosed] = 0;
       }
     }
@@ -107,8 +107,11 @@ bool Conversation::MakeFresh(const Odometry& odometry, uint8_t* opcode) {
   fresh_length_ = 0;
   uint8_t service = parameters().wide ? protocol::kSenseWide : protocol::kSense;
   // One change at a time; after one that was too slow to be steered by, a query once more.
-  const bool lay_trail = parameters().lay_trail && memory_->opcode == 0 && query_ == Query::kNone;
-  query_ = memory_->opcode == 0 ? Query::kNone : Query::kMade;
+  bool lay_trail = parameters().lay_trail && memory_->opcode == 0;
+  if (query_ >= kQueryMade) {
+    --query_;
+    lay_trail = false;
+  }
   if (lay_trail) {
     service = parameters().wide ? protocol::kTraceWide : protocol::kTrace;
     AppendSeq();
@@ -167,7 +170,6 @@ void Conversation::MakeEvent() {
 }
 
 PHEROMONE_OUTLINED void Conversation::MakePending(uint8_t opcode) {
-  query_ = Query::kNone;
   ++memory_->seq;
   memory_->opcode = opcode;
   memory_->length = fresh_length_;
@@ -189,7 +191,7 @@ void Conversation::DropPending() {
   if (memory_->opcode != 0) {
     Count(&Counters::lost_traces);
     memory_->opcode = 0;
-    query_ = Query::kNone;
+    query_ = kNoQuery;
   }
 }
 

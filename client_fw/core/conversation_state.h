@@ -65,17 +65,18 @@ class ConversationState {
     kHelloAnswerSize = protocol::SizeOf<protocol::HelloAnswer>().least
   };
 
-  /// While a change waits, the robot drives on by queries, one after each repetition, and one more
-  /// when it has been settled.
-  enum class Query : uint8_t {
-    kNone,  ///< none since the change was made
-    kDue,   ///< the server is busy with the change, or has been silent twice, or on a buffered link
-            ///< once
-    kMade,  ///< and the query has been sent: the change's own intensities are old from now on
+  /// While a change waits, the robot drives on by queries: some before each repetition, and one
+  /// more when it has been settled. Each counts down.
+  enum Query : uint8_t {
+    kNoQuery,         ///< none since the change was made
+    kNoQueryYet,      ///< nor here, but for the change before: the server's log is slow
+    kQueryMade,       ///< the change's own intensities are old from now on
+    kQueryDue,        ///< the server has been silent twice, or on a buffered link once
+    kQueriesDue = 6,  ///< it is busy with the change: this one and three more
   };
 
   Phase phase_;
-  Query query_;
+  uint8_t query_;  // see Query
   RequestState requests_;
   bool resync_;  // buffered link: everything before a PING's echo is discarded
   bool ack_due_;
