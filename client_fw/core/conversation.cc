@@ -140,7 +140,7 @@ void Conversation::Retry() {
   } else {
     // Air loses answers, so there the change is repeated once before it counts as waiting; a
     // buffered link does not, and a modem behind one would have too little time for both.
-    if (RequestPending() && (attempt_ != 0 || query_ >= kQueryMade || IsBuffered())) {
+    if (RequestPending() && (attempt_ != 0 || query_ == kQueryMade || IsBuffered())) {
       query_ = kQueryDue;
     }
     ++attempt_;

@@ -180,10 +180,10 @@ void Conversation::OnRefusal(Reason reason) {
     GreetAgain();
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
     medium_.OnOutcome(MediumAccess::kBusy);
-    Retry();
     if (RequestPending()) {
-      query_ = kQueriesDue;
+      query_ = static_cast<uint8_t>(query_ + kQueryDue);
     }
+    Retry();
   } else if (IsTag(asked_opcode_)) {
     OnTagRefusal(reason);
   } else {

@@ -66,13 +66,13 @@ class ConversationState {
   };
 
   /// While a change waits, the robot drives on by queries: some before each repetition, and one
-  /// more when it has been settled. Each counts down.
+  /// more when it has been settled. Each counts down. When the server is busy with the change, as
+  /// many are due as kQueryDue and what there was say: one, two or three.
   enum Query : uint8_t {
-    kNoQuery,         ///< none since the change was made
-    kNoQueryYet,      ///< nor here, but for the change before: the server's log is slow
-    kQueryMade,       ///< the change's own intensities are old from now on
-    kQueryDue,        ///< the server has been silent twice, or on a buffered link once
-    kQueriesDue = 6,  ///< it is busy with the change: this one and three more
+    kNoQuery,     ///< none since the change was made
+    kNoQueryYet,  ///< nor here, but for the change before: the server's log is slow
+    kQueryMade,   ///< the change's own intensities are old from now on
+    kQueryDue,    ///< the server has been silent twice, or on a buffered link once
   };
 
   Phase phase_;

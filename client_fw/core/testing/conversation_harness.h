@@ -19,9 +19,6 @@ constexpr uint8_t kTestSlotMs = 3;
 /// Slot and three bytes at 9600 baud, rounded up: silence after which the channel is idle.
 constexpr uint8_t kTestIdleMs = kTestSlotMs + 4;
 
-/// Before a change is repeated: protocol/README.md, section 8.
-constexpr int16_t kQueriesWhileBusy = 4;
-
 /// The wheel speeds of a halted robot, and of one that senses the same left and right.
 constexpr WheelSpeeds kStill = {0, 0};
 constexpr WheelSpeeds kStraight = {200, 200};
