@@ -181,7 +181,8 @@ void Conversation::OnRefusal(Reason reason) {
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
     medium_.OnOutcome(MediumAccess::kBusy);
     if (RequestPending()) {
-      query_ = static_cast<uint8_t>(query_ + kQueryDue);
+      // Masked, since some may be due from before, while a WRITE waited.
+      query_ = static_cast<uint8_t>((query_ & kQueryDue) + kQueryDue);
     }
     Retry();
   } else if (IsTag(asked_opcode_)) {

@@ -66,8 +66,8 @@ class ConversationState {
   };
 
   /// While a change waits, the robot drives on by queries: some before each repetition, and one
-  /// more when it has been settled. Each counts down. When the server is busy with the change, as
-  /// many are due as kQueryDue and what there was say: one, two or three.
+  /// more when it has been settled. A query counts down. When the server is busy with the change,
+  /// this rises by kQueryDue: one query is due, or two, or three.
   enum Query : uint8_t {
     kNoQuery,     ///< none since the change was made
     kNoQueryYet,  ///< nor here, but for the change before: the server's log is slow
