@@ -140,11 +140,11 @@ void Conversation::Retry() {
   } else {
     // Air loses answers, so there the change is repeated once before it counts as waiting; a
     // buffered link does not, and a modem behind one would have too little time for both.
-    if (RequestPending() && (attempt_ != 0 || query_ == kQueryMade || IsBuffered())) {
+    if (ChangePending() && (attempt_ != 0 || query_ == kQueryMade || IsBuffered())) {
       query_ = kQueryDue;
     }
     ++attempt_;
-    const bool follows = IsBuffered() && RequestPending() && !IsTag(asked_opcode_);
+    const bool follows = IsBuffered() && ChangePending();
     Contend(follows ? MediumAccess::kFirst : MediumAccess::kBackOff);
   }
 }

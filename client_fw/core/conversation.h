@@ -201,6 +201,9 @@ class Conversation : private ConversationState, private LinkSigning {
   bool IsBuffered() const { return kHasAdapters && parameters().buffered_link; }
   bool RequestPending() const { return memory_->opcode == asked_opcode_; }
 
+  /// While that waits, the robot steers by queries. A request of TAG has its own turns.
+  bool ChangePending() const { return RequestPending() && !IsTag(asked_opcode_); }
+
   // Tags: conversation_tags.cc.
   static bool IsTag(uint8_t opcode) {
     return kHasTags && protocol::ServiceOf(opcode) == protocol::ServiceOf(protocol::kScan);

@@ -180,9 +180,8 @@ void Conversation::OnRefusal(Reason reason) {
     GreetAgain();
   } else if (reason == Reason::kBusy || asked_opcode_ == protocol::kPing) {
     medium_.OnOutcome(MediumAccess::kBusy);
-    if (RequestPending()) {
-      // Masked, since some may be due from before, while a WRITE waited.
-      query_ = static_cast<uint8_t>((query_ & kQueryDue) + kQueryDue);
+    if (ChangePending()) {
+      query_ = static_cast<uint8_t>(query_ + kQueryDue);
     }
     Retry();
   } else if (IsTag(asked_opcode_)) {

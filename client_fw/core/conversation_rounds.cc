@@ -35,7 +35,9 @@ void Conversation::OnRoundAnswer(const uint8_t* answer) {
       answer != nullptr ? protocol::GetI16(answer) : int16_t{protocol::kNoIntensities};
   if (left != protocol::kNoIntensities) {
     if (RequestPending()) {
-      query_ &= kQueryMade;  // unless one was made, the log is quick
+      if (query_ == kNoQueryYet) {
+        query_ = kNoQuery;  // the log is quick
+      }
       memory_->opcode = 0;
     }
     too_long_ = false;
@@ -55,7 +57,7 @@ void Conversation::OnRoundAnswer(const uint8_t* answer) {
   if (!requests_.greeted) {
     WaitForHello();
   } else {
-    if (query_ != kNoQuery && RequestPending()) {
+    if (query_ != kNoQuery && ChangePending()) {
       query_ = kQueryDue;
     }
     ++attempt_;

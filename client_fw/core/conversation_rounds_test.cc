@@ -11,6 +11,10 @@ namespace {
 
 constexpr uint8_t kOther = 9;
 constexpr uint8_t kTurnMs = 20;
+constexpr protocol::RoundAnswer kAnswered{5, 6};
+constexpr protocol::RoundAnswer kLost{protocol::kNoIntensities, 0};
+constexpr protocol::RoundAnswer kBusy{protocol::kNoIntensities,
+                                      static_cast<int16_t>(protocol::Reason::kBusy)};
 
 struct Rounds : Harness {
   explicit Rounds(const Parameters& parameters = TestParameters()) : Harness(parameters) {}
@@ -19,7 +23,7 @@ struct Rounds : Harness {
     protocol::Round round;
     round.number = ++number;
     round.turn_ms = kTurnMs;
-    round.turn_bytes = 20;
+    round.turn_bytes = turn_bytes;
     round.slot_ms = kTestSlotMs;
     round.open_slots = open_slots;
     for (const uint8_t id : turns) {
@@ -49,6 +53,15 @@ struct Rounds : Harness {
     return RunUntilSent(200) ? began_ms - from_ms : 0;
   }
 
+  /// What is sent in the turn of the last ROUND. The next one answers that, and has a turn.
+  std::vector<uint8_t> Exchange(const protocol::RoundAnswer& answer) {
+    EXPECT_NE(0u, TurnAfter());
+    std::vector<uint8_t> frame = wire;
+    AnswerRound({answer}, {kTestId});
+    return frame;
+  }
+
+  uint8_t turn_bytes = 20;
   uint8_t number = 40;
   uint32_t round_ms = 0;
 };
@@ -155,8 +168,7 @@ TEST(RoundsTest, WhileAChangeWaitsMostTurnsAreForQueries) {
   harness.Grant({kTestId});
   ASSERT_NE(0u, harness.TurnAfter());
   const std::vector<uint8_t> first = harness.wire;
-  const auto busy = static_cast<int16_t>(protocol::Reason::kBusy);
-  protocol::RoundAnswer answer{protocol::kNoIntensities, busy};
+  protocol::RoundAnswer answer = kBusy;
   for (int16_t i = 0; i < 10; ++i) {
     const int16_t queries = i == 0 ? 1 : 3;
     for (int16_t k = 0; k < queries; ++k) {
@@ -170,7 +182,7 @@ TEST(RoundsTest, WhileAChangeWaitsMostTurnsAreForQueries) {
     EXPECT_EQ(answer.left, harness.conversation.state().p_left);
     ASSERT_NE(0u, harness.TurnAfter());
     EXPECT_EQ(first, harness.wire);
-    answer = {protocol::kNoIntensities, busy};
+    answer = kBusy;
   }
   harness.AnswerRound({{70, 80}}, {kTestId});  // of the pose where it was then
   EXPECT_EQ(34, harness.conversation.state().p_left);
@@ -188,48 +200,54 @@ TEST(RoundsTest, AfterAChangeThatWaitedALostOneIsFollowedByAQuery) {
   Rounds harness(Tracing());
   harness.Greet();
   harness.Grant({kTestId});
-  const protocol::RoundAnswer lost{protocol::kNoIntensities, 0};
-  const auto busy = static_cast<int16_t>(protocol::Reason::kBusy);
-  for (int i = 0; i < 2; ++i) {
-    ASSERT_NE(0u, harness.TurnAfter());
-    const uint8_t waits = harness.SentTrace().seq;
-    harness.AnswerRound({{protocol::kNoIntensities, busy}}, {kTestId});
-    for (int k = 0; k < (i == 0 ? 1 : 2); ++k) {  // the second one waits while the log is slow
-      ASSERT_NE(0u, harness.TurnAfter());
-      harness.SentSense();
-      harness.AnswerRound({{5, 6}}, {kTestId});
+  const auto query = [&] {
+    harness.Exchange(kAnswered);
+    EXPECT_EQ(protocol::kSense, protocol::ServiceOf(harness.sent.opcode));
+  };
+  for (const int queries : {1, 2}) {  // the second one waits while the log is slow
+    const std::vector<uint8_t> waits = harness.Exchange(kBusy);
+    for (int i = 0; i < queries; ++i) {
+      query();
     }
-    ASSERT_NE(0u, harness.TurnAfter());
-    EXPECT_EQ(waits, harness.SentTrace().seq);
-    harness.AnswerRound({{5, 6}}, {kTestId});
-    ASSERT_NE(0u, harness.TurnAfter());
-    harness.SentSense();
-    harness.AnswerRound({{5, 6}}, {kTestId});
-
-    ASSERT_NE(0u, harness.TurnAfter());
-    const std::vector<uint8_t> change = harness.wire;
-    harness.SentTrace();
-    harness.AnswerRound({lost}, {kTestId});
-    ASSERT_NE(0u, harness.TurnAfter());
-    harness.SentSense();
-    harness.AnswerRound({{5, 6}}, {kTestId});
-    ASSERT_NE(0u, harness.TurnAfter());
-    EXPECT_EQ(change, harness.wire);
-    harness.AnswerRound({{5, 6}}, {kTestId});
-    ASSERT_NE(0u, harness.TurnAfter());
-    harness.SentSense();
-    harness.AnswerRound({{5, 6}}, {kTestId});
+    EXPECT_EQ(waits, harness.Exchange(kAnswered));
+    query();
+    const std::vector<uint8_t> change = harness.Exchange(kLost);
+    EXPECT_NE(waits, change);
+    query();
+    EXPECT_EQ(change, harness.Exchange(kAnswered));
+    query();
   }
   // One that is answered at once shows that the log is quick again.
-  ASSERT_NE(0u, harness.TurnAfter());
-  harness.SentTrace();
-  harness.AnswerRound({{5, 6}}, {kTestId});
-  ASSERT_NE(0u, harness.TurnAfter());
-  const std::vector<uint8_t> change = harness.wire;
-  harness.SentTrace();
-  harness.AnswerRound({lost}, {kTestId});
-  ASSERT_NE(0u, harness.TurnAfter());
-  EXPECT_EQ(change, harness.wire);
+  harness.Exchange(kAnswered);
+  EXPECT_EQ(protocol::kTrace, protocol::ServiceOf(harness.sent.opcode));
+  const std::vector<uint8_t> change = harness.Exchange(kLost);
+  EXPECT_EQ(change, harness.Exchange(kAnswered));
+}
+
+// However long a request of TAG has waited.
+TEST(RoundsTest, AfterARequestOfTagThatWaitedTheTrailGoesOnAtOnce) {
+  Rounds harness(Tracing());
+  harness.turn_bytes = 30;
+  harness.Greet();
+  harness.Grant({kTestId});
+  harness.Exchange(kAnswered);
+  TagExchange exchange;
+  Encode(protocol::TagEraseRequest{}, &exchange.message);
+  harness.conversation.Ask(&exchange);
+  for (int waits = 0; waits < 10;) {
+    ASSERT_NE(0u, harness.TurnAfter());
+    if (harness.sent.opcode != protocol::kTagErase) {
+      harness.AnswerRound({kAnswered}, {kTestId});
+    } else if (++waits < 10) {
+      harness.AnswerRound({kBusy}, {kTestId});
+    }
+  }
+  const uint8_t seq = Decoded<protocol::TagEraseRequest>(harness.wire).seq;
+  harness.FeedEncoded(protocol::TagWritten{kTestId, true, seq, 0, 0, 1, 1});
+  ASSERT_EQ(TagExchange::kAnswered, exchange.state);
+  harness.AnswerRound({kLost}, {kTestId});
+  harness.Exchange(kAnswered);
+  EXPECT_EQ(protocol::kTrace, protocol::ServiceOf(harness.sent.opcode));
 }
 
 TEST(RoundsTest, AnAnswerWithoutIntensitiesMeansOnceMoreOrIsTheReasonOfAnError) {

@@ -66,11 +66,11 @@ class ConversationState {
   };
 
   /// While a change waits, the robot drives on by queries: some before each repetition, and one
-  /// more when it has been settled. A query counts down. When the server is busy with the change,
-  /// this rises by kQueryDue: one query is due, or two, or three.
+  /// more when it has been settled. Each counts down to kNoQueryYet. A busy server adds kQueryDue,
+  /// so that from kNoQuery, kNoQueryYet and kQueryMade one, two and three are due.
   enum Query : uint8_t {
     kNoQuery,     ///< none since the change was made
-    kNoQueryYet,  ///< nor here, but for the change before: the server's log is slow
+    kNoQueryYet,  ///< nor here, but while the change before waited: the server's log is slow
     kQueryMade,   ///< the change's own intensities are old from now on
     kQueryDue,    ///< the server has been silent twice, or on a buffered link once
   };
