@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """AVR images and pheromone-robot on a strict radio channel, and the real daemon with its journal.
 
-    strict_air_live_test.py BIN_DIR TESTS_DIR IMAGE [--seconds N] [CASE...]
+    strict_air_live_test.py BIN_DIR TESTS_DIR IMAGE [--seconds N] [--slow N] [CASE...]
 
 strict_air plays modems and air: T_t is 2 ms, the daemon's adapter holds bytes back for 16 ms. Robots
 leave trails, so that each answer waits for the journal. Cases:
@@ -22,6 +22,10 @@ leave trails, so that each answer waits for the journal. Cases:
 
 What robots count is asked over the air, as an operator would. Rates are printed, and asserted nowhere:
 a robot must be answered, and everything must end in an orderly way.
+
+A machine that pauses for 30 ms costs robots answers, and in runs of minutes stops. With --slow N all
+clocks run N times slower (slow_clock_shim.c), so that such a pause is N times shorter beside the 480 ms
+without an answer that stop a robot; --seconds are of these clocks.
 """
 
 import argparse
@@ -50,6 +54,7 @@ BYTE_S = 10 / 9600
 JOINED_S = 5
 BETWEEN_QUESTIONS_S = 1
 SETTLED_S = 20
+CALM_S = 5
 
 
 class Channel:
@@ -237,6 +242,11 @@ class Channel:
         return told
 
 
+def preloaded(shim):
+    """With what this program has preloaded itself."""
+    return ":".join(filter(None, [str(shim), os.environ.get("LD_PRELOAD")]))
+
+
 def end(process):
     if process.poll() is None:
         process.terminate()
@@ -386,7 +396,7 @@ def sick(arguments):
         with Channel(arguments, name) as channel:
             folder = channel.folder
             channel.serve(path="radio-a.pty", turnaround_ms=2, environment={
-                "LD_PRELOAD": str(arguments.tests_dir / "libsick_disk_shim.so"),
+                "LD_PRELOAD": preloaded(arguments.tests_dir / "libsick_disk_shim.so"),
                 "SICK_DISK": str(folder)})
             if how == "stuck":
                 channel.on_air(f"{folder}/radio-a.pty,open=1,adapter=16", *of_images(folder, 6))
@@ -396,19 +406,20 @@ def sick(arguments):
                                *(f"{folder}/modem{robot},adapter=16" for robot in (1, 2)))
                 channel.attached(*2 * ["ttyUSB"])
             channel.await_robots()
-            well = channel.stops_in(10)
+            well = channel.stops_in(CALM_S + seconds)
             before = channel.stops()
+            time.sleep(CALM_S)  # what was asked last has cost an answer, too
             (folder / how).touch()
             time.sleep(seconds)
             (folder / how).unlink()  # now they can be asked
             ill = sum(added(before, channel.stops()).values())
-            after = channel.stops_in(10)
+            after = channel.stops_in(CALM_S + seconds)
             made = channel.quanta()
             await_that(lambda: channel.quanta() > made, "changes are made again")
             channel.finish()
             load = pathlib.Path("/proc/loadavg").read_text(encoding="ascii").split()[0]
-            print(f"{name}: {ill} fail-safe stops in these {seconds:g} s, {well} in 10 s before and "
-                  f"{after} after; load {load}", flush=True)
+            print(f"{name}: {ill} fail-safe stops in these {seconds:g} s and {CALM_S} s before them, "
+                  f"{well} in as long before that and {after} after; load {load}", flush=True)
 
 
 def keyed(arguments):
@@ -423,7 +434,7 @@ def keyed(arguments):
                          for robot in (1, 2)))
         channel.serve(kind="serial", port=os.path.realpath(folder / "server"), turnaround_ms=95,
                       ptt="rts", ptt_lead_ms=60, ptt_tail_ms=30, environment={
-                          "LD_PRELOAD": str(arguments.tests_dir / "libpty_as_serial_shim.so"),
+                          "LD_PRELOAD": preloaded(arguments.tests_dir / "libpty_as_serial_shim.so"),
                           "PTY_SHIM_KEY": str(folder / "key0")})
         channel.images(2, STANDS, LAYS_TRAIL, PTT_LEAD % 60, PTT_TAIL % 30, ptt=True)
         rates, stops = channel.measure(arguments.seconds)
@@ -450,7 +461,12 @@ def main():
     parser.add_argument("--strict", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("cases", nargs="*", metavar="CASE", help=" ".join(CASES))
+    parser.add_argument("--slow", type=int, default=1, metavar="N", help="clocks N times slower")
     arguments = parser.parse_intermixed_args()
+    if arguments.slow > 1 and "SLOW_CLOCK" not in os.environ:
+        os.execve(sys.executable, [sys.executable, *sys.argv],
+                  {**os.environ, "SLOW_CLOCK": str(arguments.slow),
+                   "LD_PRELOAD": preloaded(arguments.tests_dir / "libslow_clock_shim.so")})
     for case in arguments.cases or CASES:
         CASES[case](arguments)
     print("ok")
