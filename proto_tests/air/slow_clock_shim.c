@@ -7,13 +7,14 @@
  * machine that other machines share. CLOCK_MONOTONIC is a quarter of the machine's, so that it is
  * the same in all programs; UTC is behind.
  *
- * A deadline below 10^9 s is taken for one of CLOCK_MONOTONIC. Not slowed: std::future::wait_for,
- * which asks the kernel by itself, and timers of terminals. */
+ * A deadline below 10^9 s is taken for one of CLOCK_MONOTONIC. Not slowed: std::future::wait_for
+ * and Python's locks, which ask the kernel in other ways, and timers of terminals. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
 #include <poll.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <sys/epoll.h>
@@ -26,6 +27,7 @@
 
 static const int64_t kSecond = 1000000000;
 static const int64_t kMs = 1000000;
+static const size_t kSignals = 64; /* as many as the kernel's masks have */
 
 static int64_t Times(void) {
   const char* text = getenv("SLOW_CLOCK");
@@ -47,21 +49,16 @@ static int64_t Real(clockid_t clock) {
   return InNs(&now);
 }
 
-/* A program that pauses between two looks at clocks must not see one of them jump, and then go
- * back. */
+/* Both clocks of one moment, also if the program has just paused: time must not jump, and go back.
+ */
 static int64_t Slow(clockid_t clock) {
-  int64_t monotonic = Real(CLOCK_MONOTONIC);
-  int64_t ahead = 0;
-  if (clock != CLOCK_MONOTONIC) {
-    int64_t before;
-    do {
-      before = monotonic;
-      ahead = Real(clock) - before;
-      monotonic = Real(CLOCK_MONOTONIC);
-    } while (monotonic - before > kMs / 100);
-    monotonic = before;
+  for (;;) {
+    const int64_t monotonic = Real(CLOCK_MONOTONIC);
+    const int64_t now = clock == CLOCK_MONOTONIC ? monotonic : Real(clock);
+    if (clock == CLOCK_MONOTONIC || Real(CLOCK_MONOTONIC) - monotonic < kMs / 10) {
+      return now - monotonic + monotonic / Times();
+    }
   }
-  return ahead + monotonic / Times();
 }
 
 /* When the real clock shows what the slow one will show as `deadline`. */
@@ -110,9 +107,20 @@ int nanosleep(const struct timespec* asked, struct timespec* left) {
   return (int)syscall(SYS_clock_nanosleep, CLOCK_MONOTONIC, 0, &real, left);
 }
 
+int usleep(useconds_t us) {
+  const struct timespec asked = OfNs((int64_t)us * 1000);
+  return nanosleep(&asked, NULL);
+}
+
+int ppoll(struct pollfd* files, nfds_t count, const struct timespec* timeout,
+          const sigset_t* mask) {
+  struct timespec real = OfNs(timeout == NULL ? 0 : InNs(timeout) * Times());
+  return (int)syscall(SYS_ppoll, files, count, timeout == NULL ? NULL : &real, mask, kSignals / 8);
+}
+
 int poll(struct pollfd* files, nfds_t count, int timeout_ms) {
-  struct timespec real = OfNs(timeout_ms * kMs * Times());
-  return (int)syscall(SYS_ppoll, files, count, timeout_ms < 0 ? NULL : &real, NULL, 0);
+  const struct timespec timeout = OfNs(timeout_ms * kMs);
+  return ppoll(files, count, timeout_ms < 0 ? NULL : &timeout, NULL);
 }
 
 int epoll_wait(int epoll, struct epoll_event* events, int count, int timeout_ms) {

@@ -6,7 +6,7 @@
 strict_air plays modems and air: T_t is 2 ms, the daemon's adapter holds bytes back for 16 ms. Robots
 leave trails, so that each answer waits for the journal. Cases:
 
-  damage   eight and four AVR images, 1 and 3 % of the bytes damaged
+  damage   eight and four AVR images; 0, 1 and 3 % of the bytes damaged
   mixed    three AVR images in rounds, and a pheromone-robot behind an adapter of 16 ms
   contend  four pheromone-robots, each behind an adapter of 16 ms
   once     changes in damaged air, 1 and 3 %, while the daemon is killed and images are reset: each is
@@ -455,13 +455,13 @@ def main():
     for folder in ("bin_dir", "tests_dir", "image"):
         parser.add_argument(folder, type=lambda path: pathlib.Path(path).resolve())
     parser.add_argument("--seconds", type=float, default=60)
+    parser.add_argument("--slow", type=int, default=1, metavar="N", help="clocks N times slower")
     parser.add_argument("--changes", type=int, default=10_000, help="of each run of once")
     parser.add_argument("--calm", type=int, default=1, metavar="N",
                         help="N times as long between two kills of once")
     parser.add_argument("--strict", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("cases", nargs="*", metavar="CASE", help=" ".join(CASES))
-    parser.add_argument("--slow", type=int, default=1, metavar="N", help="clocks N times slower")
     arguments = parser.parse_intermixed_args()
     if arguments.slow > 1 and "SLOW_CLOCK" not in os.environ:
         os.execve(sys.executable, [sys.executable, *sys.argv],
