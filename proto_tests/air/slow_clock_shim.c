@@ -49,16 +49,19 @@ static int64_t Real(clockid_t clock) {
   return InNs(&now);
 }
 
-/* Both clocks of one moment, also if the program has just paused: time must not jump, and go back.
+/* Both clocks of one moment, also if the program has just paused: time must not jump and go back.
  */
 static int64_t Slow(clockid_t clock) {
-  for (;;) {
-    const int64_t monotonic = Real(CLOCK_MONOTONIC);
-    const int64_t now = clock == CLOCK_MONOTONIC ? monotonic : Real(clock);
-    if (clock == CLOCK_MONOTONIC || Real(CLOCK_MONOTONIC) - monotonic < kMs / 10) {
-      return now - monotonic + monotonic / Times();
-    }
+  int64_t monotonic = Real(CLOCK_MONOTONIC);
+  if (clock == CLOCK_MONOTONIC) {
+    return monotonic / Times();
   }
+  int64_t now = Real(clock);
+  while (Real(CLOCK_MONOTONIC) - monotonic > kMs / 10) {
+    monotonic = Real(CLOCK_MONOTONIC);
+    now = Real(clock);
+  }
+  return now - monotonic + monotonic / Times();
 }
 
 /* When the real clock shows what the slow one will show as `deadline`. */
