@@ -315,7 +315,7 @@ class DistroTest(unittest.TestCase):
         """The graph that a node publishes when another one has `graph_of`."""
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        domain = free_domain() % 100 + 1
+        domain = free_domain()
         peer = Peer(self.tests_dir, domain)
         self.addCleanup(peer.close)
         peer.types["ros_discovery_info"] = graph_of
@@ -340,7 +340,7 @@ class DistroTest(unittest.TestCase):
     def test_beside_a_node_with_type_hash_gids_have_16_bytes(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        domain = free_domain() % 100 + 1
+        domain = free_domain()
         peer = Peer(self.tests_dir, domain)
         self.addCleanup(peer.close)
         gids = set()
@@ -372,7 +372,7 @@ class PoseTest(unittest.TestCase):
         write_config(folder, config(udp, free_port()))
         daemon = OperatedDaemon(self.bin_dir, folder)
         self.addCleanup(daemon.kill)
-        domain = free_domain() % 100 + 1
+        domain = free_domain()
         peer = Peer(self.tests_dir, domain)
         self.addCleanup(peer.close)
         base = Base(peer, "tb1", (0, 0, 0))
@@ -460,7 +460,7 @@ class ServerTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
-        self.domain = free_domain() % 100 + 1
+        self.domain = free_domain()
         self.peer = Peer(self.tests_dir, self.domain)
         self.addCleanup(self.peer.close)
 
