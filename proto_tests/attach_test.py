@@ -26,6 +26,7 @@ import termios
 import threading
 import tty
 
+from free_numbers import free_port
 from live_daemon import DEADLINE_S, check, wait_until
 from operated_daemon import OperatedDaemon
 from test_config import link, map_of, pheromone, pty
@@ -38,12 +39,6 @@ MOST_MEAN_MM = 150  # 30 mm on a quiet machine; a starved one makes the robot st
 
 CONFIG = (map_of(60.0, 4.0, wide=True) + pheromone(1, "path") + pty("radio-a")
           + link("tcp", "tcp", listen="127.0.0.1:TCP_PORT") + link("udp", "udp", listen="127.0.0.1:0"))
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 class Program:

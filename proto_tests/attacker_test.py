@@ -21,6 +21,7 @@ sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "proto_tests"), str(ROOT / "deploy/python")]
 from attacked_air import Air, AttackedLine, Channel  # noqa: E402
+from free_numbers import free_port  # noqa: E402
 from operated_daemon import OperatedDaemon, await_that, write_config  # noqa: E402
 from pheromone import Server, wire  # noqa: E402
 from pheromone.robot import Client, ErrorAnswer, NoAnswer, next_boot, open_terminal  # noqa: E402
@@ -33,12 +34,6 @@ QUANTUM = 0.125
 COLUMNS, ROWS = 30, 20  # nodes that robots deposit at, 100 mm apart
 WORLD = (map_of(4.0, 3.0) + pheromone(1, "path", quantum=QUANTUM, maximum=30.0)
          + table("journal", folder="journal"))
-
-
-def free_udp_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 class Robot:
@@ -101,7 +96,7 @@ class AttackerTest(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = pathlib.Path(temporary.name)
-        self.port = free_udp_port()
+        self.port = free_port()
 
     def serve(self, **security):
         """Security: the keys of both links."""

@@ -28,6 +28,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "proto_tests"))
+from free_numbers import free_port  # noqa: E402
 from stranger import wire  # noqa: E402
 from stranger.client import Client, Line, NoAnswer, open_terminal  # noqa: E402
 from test_config import link, map_of, pheromone, pty, table  # noqa: E402
@@ -47,12 +48,6 @@ def config(tau_s, ports, max_mb=1000):
             + table("capture", folder="captures", start=True, max_mb=max_mb, max_files=0)
             + "".join(map(pty, PTYS))
             + "".join(link(name, "tcp", listen=f"127.0.0.1:{port}") for name, port in zip(TCPS, ports)))
-
-
-def free_port():
-    with socket.socket() as it:
-        it.bind(("127.0.0.1", 0))
-        return it.getsockname()[1]
 
 
 def run(*command, **kwargs):

@@ -23,10 +23,10 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent / "client_fw" / "ros2" / "testing"))
 
-from attach_test import free_port  # noqa: E402
+from free_numbers import free_domain, free_port  # noqa: E402
 from live_daemon import DEADLINE_S, check, default_config, wait_until  # noqa: E402
 from operated_daemon import OperatedDaemon  # noqa: E402
-from peer import Base, Bases, Peer, free_domain  # noqa: E402
+from peer import Base, Bases, Peer  # noqa: E402
 from test_config import link  # noqa: E402
 
 

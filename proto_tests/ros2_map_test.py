@@ -23,10 +23,10 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent / "client_fw" / "ros2" / "testing"))
 
-from attach_test import free_port  # noqa: E402
+from free_numbers import free_domain, free_port  # noqa: E402
 from live_daemon import wait_until  # noqa: E402
 from operated_daemon import OperatedDaemon, write_config  # noqa: E402
-from peer import TYPES, Base, Bases, Peer, dds_type, free_domain  # noqa: E402
+from peer import TYPES, Base, Bases, Peer, dds_type  # noqa: E402
 from ros2_live_test import Bridge  # noqa: E402
 from test_config import link, map_of, pheromone, table  # noqa: E402
 

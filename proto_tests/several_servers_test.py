@@ -20,7 +20,8 @@ import subprocess
 import sys
 import tempfile
 
-from attach_test import PATH_Y, START, Pioneer, Program, ends, free_port
+from attach_test import PATH_Y, START, Pioneer, Program, ends
+from free_numbers import free_port
 from live_daemon import DEADLINE_S, check, wait_until
 from operated_daemon import OperatedDaemon
 from stranger.client import Client, NoAnswer

@@ -28,7 +28,7 @@ ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT / "proto_tests"), str(HERE)]
 import paho.mqtt.client as mqtt  # noqa: E402
 import pheromone  # noqa: E402
-from attach_test import free_port  # noqa: E402
+from free_numbers import free_port  # noqa: E402
 from live_daemon import default_config  # noqa: E402
 from operated_daemon import ROOM, TOKEN, await_that, serve_class  # noqa: E402
 from pheromone import aio, arrays, drive, servers, wire  # noqa: E402

@@ -5,45 +5,24 @@
         machines.kill(leader)
         machines.start(leader)
 
-Etcd and servers listen on loopback, at ports that were free. Each server has a folder of its own, with
-its configuration, its journal and its log.
+Etcd and servers listen on loopback. Each server has a folder of its own, with its configuration, its
+journal and its log.
 """
 
 import json
 import pathlib
-import random
 import shutil
 import signal
-import socket
 import subprocess
 import sys
-import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from asking_robot import check  # noqa: E402
+from free_numbers import free_port  # noqa: E402
 from operated_daemon import OperatedDaemon, await_that  # noqa: E402
 from test_config import link, map_of, pheromone, table  # noqa: E402
 
 SECRET = "0123456789abcdef" * 4 + "\n"
-GIVEN = set()
-
-
-def free_ports(count):
-    """Ports of loopback that nobody uses at present: below those that the system gives to whoever
-    connects, which could take one before its owner listens. For the same reason, none is given
-    twice."""
-    ports = []
-    while len(ports) < count:
-        port = random.randrange(20_000, 32_768)
-        with socket.socket() as probe:
-            try:
-                probe.bind(("127.0.0.1", port))
-            except OSError:
-                continue
-        if port not in GIVEN:
-            GIVEN.add(port)
-            ports.append(port)
-    return ports
 
 
 def etcd_command(name, folder, clients, peers):
@@ -74,7 +53,7 @@ class Etcd:
     """Members on this machine."""
 
     def __init__(self, folder, members=3):
-        ports = free_ports(2 * members)
+        ports = [free_port() for _ in range(2 * members)]
         self.clients = [f"http://127.0.0.1:{port}" for port in ports[:members]]
         names = [f"m{i}" for i in range(members)]
         clients = dict(zip(names, self.clients))
@@ -107,8 +86,8 @@ class Machines:
         self.bin_dir, self.nodes = bin_dir, nodes
         self.folders = {node: folder / node for node in nodes}
         self.etcd = Etcd(folder)
-        self.ports = dict(zip(nodes, free_ports(len(nodes))))
-        self.robots = dict(zip(nodes, free_ports(len(nodes))))
+        self.ports = {node: free_port() for node in nodes}
+        self.robots = {node: free_port() for node in nodes}
         self.daemons = {}
         for node in nodes:
             prepare(self.folders[node])

@@ -19,9 +19,10 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(HERE.parent), str(HERE.parents[1] / "client_fw" / "ros2" / "testing")]
 
+from free_numbers import free_domain  # noqa: E402
 from live_daemon import wait_until  # noqa: E402
 from operated_daemon import OperatedDaemon, check, write_config  # noqa: E402
-from peer import Peer, free_domain  # noqa: E402
+from peer import Peer  # noqa: E402
 from ros2_live_test import Bridge  # noqa: E402
 from test_config import map_of, pheromone  # noqa: E402
 

@@ -9,10 +9,8 @@
 """
 
 import collections
-import errno
 import math
 import pathlib
-import socket
 import struct
 import subprocess
 import threading
@@ -173,27 +171,3 @@ class Bases:
     def stop(self):
         self.ending.set()
         self.thread.join()
-
-
-_domains = []  # the sockets by which this process has them
-
-
-def free_domain():
-    """A domain that no other test on this machine has before this process ends, and nobody is in. Its
-    mark is the name of a socket, which like the ports of DDS is there once in a network namespace."""
-    for domain in range(1, 102):  # above, its ports are among those that the kernel gives away
-        mark = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        first = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)  # the port of its first participant
-        try:
-            mark.bind(f"\0pheromone-test-ros-domain-{domain}")
-            first.bind(("127.0.0.1", 7400 + 250 * domain + 10))
-        except OSError as error:
-            mark.close()
-            if error.errno != errno.EADDRINUSE:
-                raise
-        else:
-            _domains.append(mark)
-            return domain
-        finally:
-            first.close()
-    raise RuntimeError("somebody is in each of the domains 1 to 101 of DDS")
