@@ -22,7 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "proto_tests"), str(ROOT / "deploy/python")]
 from attach_test import CONFIG, PATH_Y, START, Pioneer, Program  # noqa: E402
 from attacked_air import TO_ROBOTS, TO_SERVER  # noqa: E402
-from attacker_test import free_udp_port  # noqa: E402
+from free_numbers import free_port  # noqa: E402
 from live_daemon import wait_until  # noqa: E402
 from operated_daemon import OperatedDaemon, write_config  # noqa: E402
 from pheromone import Server, wire  # noqa: E402
@@ -148,7 +148,7 @@ class AttackedRobotTest(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = pathlib.Path(temporary.name)
-        port = free_udp_port()
+        port = free_port()
         write_config(self.folder, CONFIG.replace("TCP_PORT", "0")
                      + link("signed", "udp", listen=f"127.0.0.1:{port}", security="require",
                             keys="keys"))
