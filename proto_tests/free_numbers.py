@@ -14,8 +14,6 @@ import socket
 DOMAINS = range(1, 80)
 PORTS = range(7400 + 250 * DOMAINS.stop, 32_768)
 
-_marks = []
-
 
 def free_port():
     """For TCP or UDP."""
@@ -39,5 +37,5 @@ def _take(name, port):
             if error.errno != errno.EADDRINUSE:
                 raise
             return False
-    _marks.append(mark)
+    mark.detach()  # the system closes it at this process's end
     return True
