@@ -12,19 +12,16 @@ std::shared_ptr<const SharedEngine> SharedEngine::After(engine::LinkIndex link,
   ByteWriter key;
   EncodeFields(received, &key);
   Successor& successor = successors_[key.Take()];
-  std::shared_ptr<const SharedEngine> next = successor.server.lock();
-  if (next == nullptr) {
+  if (successor.server == nullptr) {
     engine::Engine copy = engine_;
     if (mutation_ != nullptr) {
       mutation_(request, &copy);
     }
-    successor.out.clear();
     copy.Apply(copy.sequence() + 1, {1, 0}, received, &successor.out);
-    next = Of(std::move(copy), mutation_);
-    successor.server = next;
+    successor.server = Of(std::move(copy), mutation_);
   }
   out->insert(out->end(), successor.out.begin(), successor.out.end());
-  return next;
+  return successor.server;
 }
 
 }  // namespace pheromone::verify

@@ -1,11 +1,11 @@
 // The engine in one of its states, for searches: the states of a search that have the same engine
-// share it, and what follows from a request is worked out once.
+// share it, and what follows from a request is worked out once and kept to the search's end.
 //
 //   std::shared_ptr<const SharedEngine> server = SharedEngine::Of(std::move(engine));
 //   std::vector<engine::Outgoing> out;
 //   server = server->After(0, request, &out);   // a request of Handling::kChange
 //
-// Copying maps would otherwise take more than half of the time of a search. Not thread-safe.
+// Copying maps would otherwise take most of the time of a search. Not thread-safe.
 #pragma once
 
 #include <map>
@@ -41,7 +41,7 @@ class SharedEngine {
 
  private:
   struct Successor {
-    std::weak_ptr<const SharedEngine> server;  // as long as a state has it
+    std::shared_ptr<const SharedEngine> server;
     std::vector<engine::Outgoing> out;
   };
 
