@@ -62,9 +62,9 @@ class Attacker:
         while not self.ending:
             for end in select.select((self.outer, self.inner), (), (), 0.1)[0]:
                 try:
-                    data, sender = end.recvfrom(4096)
-                except ConnectionRefusedError:
-                    continue  # there is no daemon
+                    data, sender = end.recvfrom(4096, socket.MSG_DONTWAIT)
+                except (ConnectionRefusedError, BlockingIOError):
+                    continue  # there is no daemon; sending has already said so, if nothing is there to read
                 if end is self.outer:
                     self.robot = sender
                     self.of_robot += wire.Decoder().feed(data)
