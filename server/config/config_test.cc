@@ -232,6 +232,14 @@ TEST(ConfigTest, TheWindowOfAKeyedLineLetsTheRobotsModemTurnRound) {
   EXPECT_EQ(Parse(text + "ptt_lead_ms = 15\n").links[1].response_window_ms, 48);
 }
 
+// What an adapter holds back for 50 ms arrives in pieces that far apart.
+TEST(ConfigTest, TheGapTimeoutIsLongerThanTheAdapterHoldsBytesBack) {
+  std::string text(kExample);
+  text += "[[link]]\nname = \"s\"\nkind = \"serial\"\nport = \"/dev/ttyS0\"\n";
+  EXPECT_EQ(Parse(text + "adapter_latency_ms = 16\n").links[1].gap_timeout_ms, 20);
+  EXPECT_EQ(Parse(text + "adapter_latency_ms = 50\n").links[1].gap_timeout_ms, 53);  // and 2 B
+}
+
 // At 300 baud a byte takes 33.3 ms and four of them 133.3 ms.
 TEST(ConfigTest, TheGapTimeoutOfASlowLineLetsItsBytesThrough) {
   std::string text(kExample);

@@ -12,7 +12,7 @@ using links::LinkKind;
 
 constexpr int64_t kAdapterLatencyMs = 16;  // of a USB adapter, unless it is told otherwise
 constexpr int64_t kServerDelayMs = 10;     // the disk included, if there is a journal
-constexpr int64_t kSerialGapMs = 20;       // or four bytes, if they take longer
+constexpr int64_t kSerialGapMs = 20;       // or longer, for slow bytes or adapters
 constexpr int64_t kTcpGapMs = 10'000;
 constexpr int64_t kWindowMs = 100;  // without medium access
 
@@ -87,7 +87,8 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
   const int64_t before_answer = *turnaround + key_delay + *adapter + byte_times_ms(2);
   const int64_t slot = shared ? *turnaround + byte_times_ms(1) : 1;
   const int64_t window = shared ? before_answer + std::max(*delay, turning) : kWindowMs;
-  const int64_t gap = serial                         ? std::max(kSerialGapMs, byte_times_ms(4))
+  const int64_t gap = serial
+                          ? std::max({kSerialGapMs, byte_times_ms(4), *adapter + byte_times_ms(2)})
                       : link->kind == LinkKind::kTcp ? kTcpGapMs
                                                      : 0;
   const auto slot_ms = ReadByte(table, "slot_ms", slot);
