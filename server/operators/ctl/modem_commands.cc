@@ -25,7 +25,6 @@
 #include "server/base/result.h"
 #include "server/operators/ctl/modem_figures.h"
 #include "server/operators/ctl/server_call.h"
-#include "server/robots/links/link_config.h"
 #include "server/robots/links/port.h"
 
 namespace pheromone::ctl {
@@ -394,14 +393,11 @@ void PrintFigures(const ModemTest& test, const ModemTestOptions& options) {
 void PrintLink(const ModemTest& test, const ModemTestOptions& options) {
   const unsigned turnaround_ms =
       RoundedUpMs(std::max(test.way(0).delays.least_ms, test.way(1).delays.least_ms));
-  const unsigned adapter_ms = RoundedUpMs(test.way(1).delays.varies_ms);
-  fmt::print(
-      "\nFor a server at 1, with such modems on all robots:\n\n[[link]]\nname = \"radio-a\"\nkind "
-      "= "
-      "\"serial\"\nport = \"{}\"\nbaud = {}\nturnaround_ms = {}\nadapter_latency_ms = {}\n",
-      options.ports[0], options.baud, turnaround_ms, adapter_ms);
-  if (std::max(turnaround_ms, adapter_ms) > links::kMostMediumMs) {
-    fmt::print("\nA link takes {} ms at most: these modems do not fit.\n", links::kMostMediumMs);
+  const std::string link = LinkText(options.ports[0], options.baud, turnaround_ms,
+                                    RoundedUpMs(test.way(1).delays.varies_ms));
+  fmt::print("\nFor a server at 1, with such modems on all robots:\n\n{}", link);
+  if (const std::string problems = LinkProblems(link); !problems.empty()) {
+    fmt::print("\nA server does not take it, so these modems do not fit:\n{}\n", problems);
   }
   for (const size_t from : {size_t{0}, size_t{1}}) {
     const Way& way = test.way(from);

@@ -1,7 +1,13 @@
 #include "server/operators/ctl/modem_figures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+
+#include "server/base/result.h"
+#include "server/config/document.h"
+#include "server/config/sections.h"
 
 namespace pheromone::ctl {
 
@@ -26,6 +32,26 @@ double UnnoticedDamage(size_t sent, size_t bytes) {
 
 unsigned RoundedUpMs(double ms) {
   return static_cast<unsigned>(std::ceil(ms - 1e-9));
+}
+
+std::string LinkText(const std::string& port, unsigned baud, unsigned turnaround_ms,
+                     unsigned adapter_ms) {
+  return fmt::format(
+      "[[link]]\nname = \"radio-a\"\nkind = \"serial\"\nport = \"{}\"\nbaud = {}\nturnaround_ms = "
+      "{}\nadapter_latency_ms = {}\n",
+      port, baud, turnaround_ms, adapter_ms);
+}
+
+std::string LinkProblems(const std::string& link) {
+  const std::string name = "the link above";
+  const Result<config::Value> root = config::ParseDocument(link, name);
+  if (!root.ok()) {
+    return root.error();
+  }
+  config::Notes notes{config::Problems(name), name, {}, {}, {}};
+  config::Config config;
+  config::ReadLinks(root.value(), &notes, &config);
+  return notes.problems.Text();
 }
 
 }  // namespace pheromone::ctl

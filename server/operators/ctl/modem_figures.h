@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace pheromone::ctl {
@@ -38,5 +39,12 @@ double UnnoticedDamage(size_t sent, size_t bytes);
 
 /// A setting in whole milliseconds that is not less.
 unsigned RoundedUpMs(double ms);
+
+/// A server's table [[link]] for a modem at this port, in TOML.
+std::string LinkText(const std::string& port, unsigned baud, unsigned turnaround_ms,
+                     unsigned adapter_ms);
+
+/// What a server finds wrong with such a table; empty if it takes it.
+std::string LinkProblems(const std::string& link);
 
 }  // namespace pheromone::ctl

@@ -1,9 +1,12 @@
 #include "server/operators/ctl/modem_figures.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace pheromone::ctl {
 namespace {
+
+using testing::HasSubstr;
 
 TEST(ModemFigures, DelayCountsFromWhenTheByteLeftTheUart) {
   // 12 bytes at 9600 baud take 12.5 ms.
@@ -35,6 +38,15 @@ TEST(ModemFigures, SettingsAreWholeMilliseconds) {
   EXPECT_EQ(RoundedUpMs(2.0), 2u);
   EXPECT_EQ(RoundedUpMs(2.1), 3u);
   EXPECT_EQ(RoundedUpMs(0.0), 0u);
+}
+
+// W = T_t + T_t + 16 + 10 + 2 B has to fit 255 ms: up to 113 ms of T_t at 9600 baud.
+TEST(ModemFigures, LinkIsOneThatAServerTakes) {
+  EXPECT_EQ(LinkProblems(LinkText("/dev/ttyUSB0", 9600, 113, 16)), "");
+  EXPECT_THAT(LinkProblems(LinkText("/dev/ttyUSB0", 9600, 114, 16)),
+              HasSubstr("response_window_ms: missing, and its default 257"));
+  EXPECT_THAT(LinkProblems(LinkText("/dev/ttyUSB0", 9600, 2, 201)),
+              HasSubstr("adapter_latency_ms: found 201, expected a whole number from 0 to 200"));
 }
 
 }  // namespace
