@@ -24,14 +24,15 @@ ITS_ANSWER = ("SENSE_ANSWER", dict(id=7, type=2, left=1, right=2))
 DAMAGED_SENSE = "10 02 09 02 01 00 02 00 03 00 55 55 10 03"
 HALT = ("COMMAND", dict(id=7, seq=1, code=1))
 OTHERS_HALT = ("COMMAND", dict(id=9, seq=1, code=1))
+OTHERS_ACK = ("COMMAND_ACK", dict(id=9, seq=1, code=1, result=0))
 
 TRACES = [
     ("asks_within_its_window", [], ["SENSE 1 80"]),
     ("request_of_another", [(0, OTHERS_SENSE)], ["nothing 30", "SENSE 31 107"]),
     ("its_answer_ends_the_window", [(0, OTHERS_SENSE), (19, OTHERS_ANSWER)],
      ["nothing 20", "SENSE 21 77"]),
-    ("any_frame_ends_the_window", [(0, OTHERS_SENSE), (19, OTHERS_HALT), (27, ("COMMAND_ACK", dict(
-        id=9, seq=1, code=1, result=0)))], ["nothing 27", "SENSE 28 97"]),
+    ("any_frame_ends_the_window", [(0, OTHERS_SENSE), (19, OTHERS_HALT), (27, OTHERS_ACK)],
+     ["nothing 27", "SENSE 28 97"]),
     ("damaged_frame_opens_a_window", [(0, DAMAGED_SENSE)],
      ["nothing 30", "SENSE 31 107"]),
     ("eighth_damaged_frame_opens_a_window", [(25 * i, DAMAGED_SENSE) for i in range(8)],
@@ -52,9 +53,12 @@ TRACES = [
      ["nothing 255", "SENSE 256 332"]),
     ("ack_at_once", [(0, HALT)], ["COMMAND_ACK 0 2"]),
     ("ack_after_three_bytes_with_rounds", [(0, turns()), (27, HALT)], ["COMMAND_ACK 30 33"]),
-    ("ack_in_its_turn", [(0, HALT), (17, turns(7, 7))], ["COMMAND_ACK 0 2"]),
+    ("ack_in_its_turn", [(0, turns()), (27, HALT), (44, turns(7, 7, number=2))],
+     ["nothing 44", "COMMAND_ACK 45 47", "SENSE +0 +2"]),
     ("first_turn", [(0, turns(7))], ["SENSE 1 3"]),
     ("turn_after_a_frame_that_was_heard", [(0, turns(9, 7)), (18, OTHERS_SENSE)], ["SENSE 18 20"]),
+    ("turn_after_two_of_the_one_before", [(0, turns(9, 9, 7)), (14, OTHERS_ACK), (29, OTHERS_SENSE)],
+     ["nothing 28", "SENSE 29 31"]),
     ("turn_after_one_who_is_silent", [(0, turns(9, 7))], ["SENSE 21 23"]),
     ("turn_does_not_wait_for_the_idle_time", [(0, turns(9, 7)), (20, "55")], ["SENSE 21 23"]),
     ("turn_is_lost_to_an_incomplete_frame", [(0, turns(9, 7)), (20, "10 02 09 02")], ["nothing 97"]),
@@ -67,6 +71,12 @@ TRACES = [
     ("others_have_turns", [(0, turns(9, 3))], ["nothing 197"]),
     ("simple_waits_for_an_opening", [(0, turns(9))], ["nothing 1999"]),
     ("simple_draws_among_the_slots", [(0, turns(9, open_slots=8))], ["nothing 20", "SENSE 21 49"]),
+    ("simple_sends_once_in_an_opening", [(0, turns(9, open_slots=2))],
+     ["nothing 20", "SENSE 21 31", "nothing 1999"]),
+    ("simple_heeds_no_window_of_a_turn", [(0, turns(9, open_slots=4)), (18, OTHERS_SENSE)],
+     ["nothing 20", "SENSE 21 37"]),
+    ("simple_heeds_damage_in_a_turn", [(0, turns(9, open_slots=4)), (18, DAMAGED_SENSE)],
+     ["nothing 1999"]),
     ("simple_contends_in_an_opening_of_255", [(0, turns(9, open_slots=255))],
      ["nothing 20", "SENSE 21 98"]),
     ("simple_takes_an_opening_early",
