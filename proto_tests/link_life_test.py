@@ -25,9 +25,7 @@ ends of a pseudo-terminal.
 import os
 import pathlib
 import re
-import signal
 import socket
-import subprocess
 import sys
 import tempfile
 import time
@@ -36,6 +34,7 @@ import tty
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from asking_robot import (CONFIG, EXCHANGES, PATIENCE_S, PING, Robot, check,  # noqa: E402
                           come_and_go, everyone_answered, serve)
+from operated_daemon import OperatedDaemon  # noqa: E402
 from stranger.wire import encode  # noqa: E402
 
 MOST_GROWTH_KIB = 4096
@@ -94,52 +93,18 @@ class NetworkRobot(Robot):
         return self.socket.recv(4096)
 
 
-class Daemon:
-    def __init__(self, bin_dir, shim, folder):
-        self.log_file = folder / "pheromoned.log"
-        program = bin_dir / "pheromoned"
-        # A sanitizer wants to be loaded first, says so unless told not to, and keeps freed memory.
-        self.keeps_memory = b"__asan_init" in program.read_bytes()
-        environment = dict(os.environ, LD_PRELOAD=str(shim), ASAN_OPTIONS=os.environ.get(
-            "ASAN_OPTIONS", "") + ":verify_asan_link_order=0")
-        environment.pop("JOURNAL_STREAM", None)
-        with open(self.log_file, "wb") as log:
-            self.process = subprocess.Popen([program, "--config", "test.toml"], cwd=folder,
-                                            env=environment, stdout=log, stderr=log)
-
-    def log(self):
-        return self.log_file.read_text()
-
-    def await_ready(self):
-        end = time.monotonic() + PATIENCE_S
-        while "ready: " not in self.log():
-            check(self.process.poll() is None and time.monotonic() < end,
-                  f"the daemon does not start:\n{self.log()}")
-            time.sleep(0.02)
-
+class Daemon(OperatedDaemon):
     def port_of(self, link):
         return int(re.search(rf"link {link}: up, \w+ 127\.0\.0\.1:(\d+)", self.log())[1])
 
     def slowest_batch_s(self):
         """The end of the class of durations in which the daemon counts the slowest one."""
-        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
-            control.connect(str(self.log_file.parent / "pheromoned.sock"))
-            control.sendall(b"GET /metrics HTTP/1.0\r\nHost: localhost\r\n\r\n")
-            metrics = b"".join(iter(lambda: control.recv(65536), b"")).decode()
+        metrics = self.call("GET", "/metrics")[1]
         classes = re.findall(r'pheromone_batch_seconds_bucket{le="(\S+)"} (\d+)', metrics)
         return next(float(end) for end, count in classes if count == classes[-1][1])
 
     def descriptors(self):
         return len(os.listdir(f"/proc/{self.process.pid}/fd"))
-
-    def rss_kib(self):
-        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
-        return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1])
-
-    def stop(self):
-        self.process.send_signal(signal.SIGTERM)
-        status = self.process.wait(PATIENCE_S)
-        check(status == 0, f"the daemon ended with {status}:\n{self.log()}")
 
 
 def await_equal(read, expected, what):
@@ -198,9 +163,8 @@ def run(bin_dir, shim, folder, rounds, peers):
         + "".join(f'[[link]]\nname = "{kind}"\nkind = "{kind}"\nlisten = "127.0.0.1:0"\n'
                   for kind in ("tcp", "udp")), encoding="ascii")
     robots = [SerialRobot(name, i + 1, folder) for i, name in enumerate(names)]
-    daemon = Daemon(bin_dir, shim, folder)
+    daemon = Daemon(bin_dir, folder, LD_PRELOAD=str(shim))
     try:
-        daemon.await_ready()
         robots.append(NetworkRobot("tcp", 7, socket.SOCK_STREAM, daemon.port_of("tcp")))
         robots.append(NetworkRobot("udp", 8, socket.SOCK_DGRAM, daemon.port_of("udp")))
         rounds_of_loss(daemon, robots, rounds)
@@ -212,9 +176,7 @@ def run(bin_dir, shim, folder, rounds, peers):
         print(daemon.log(), file=sys.stderr)
         raise
     finally:
-        if daemon.process.poll() is None:
-            daemon.process.kill()
-            daemon.process.wait()
+        daemon.kill()
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
@@ -47,6 +48,9 @@ class OwnRobotTest(unittest.TestCase):
         self.addCleanup(robot.wait)
         self.addCleanup(robot.stdout.close)
         self.addCleanup(robot.kill)
+        limit = threading.Timer(200, robot.kill)  # so that reading its lines ends
+        limit.start()
+        self.addCleanup(limit.cancel)
 
         def place_mm():
             return [int(it) for it in re.findall(r"-?\d+(?= )", robot.stdout.readline().partition(" s ")[2])[:2]]

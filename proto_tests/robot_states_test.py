@@ -172,23 +172,20 @@ class Swarm:
     def await_state(self, identifier, state, reason=""):
         """Until it is shown so, by all who show it."""
         end = time.monotonic() + PATIENCE_S
-        while True:
-            seen = self.clients().get(identifier, {})
-            if (seen.get("is"), seen.get("reason") or "") == (state, reason):
-                break
-            driver = self.robots[identifier].driver.text() if identifier in self.robots else ""
-            check(time.monotonic() < end,
-                  f"robot {identifier} is not \"{state}: {reason}\", but {seen}\n{driver}")
-            time.sleep(0.05)
         shown = state + (f" ({reason})" if reason else "")
-        table_of = self.tool("clients")
-        row = next(line for line in table_of.splitlines()
-                   if re.match(rf"\S+\s+{identifier}\s", line.strip()))
-        check(shown in row, f"pheromonectl clients shows \"{row}\", not \"{shown}\"")
-        counted = re.findall(rf'robot_states{{link="udp",state="{state}"}} (\d+)', self.metrics())
-        alike = sum(it["is"] == state for it in self.clients().values())
-        check(counted and int(counted[0]) >= 1 and alike >= 1,
-              f"metrics count {counted} robots as {state}, the API {alike}")
+        while True:  # a robot that drives stands for a moment if the machine pauses
+            seen = self.clients().get(identifier, {})
+            told = f"the API has {seen}"
+            if (seen.get("is"), seen.get("reason") or "") == (state, reason):
+                row = next(line for line in self.tool("clients").splitlines()
+                           if re.match(rf"\S+\s+{identifier}\s", line.strip()))
+                counted = re.findall(rf'robot_states{{link="udp",state="{state}"}} (\d+)', self.metrics())
+                if shown in row and counted and int(counted[0]) >= 1:
+                    break
+                told += f", pheromonectl clients \"{row}\", metrics count {counted} as {state}"
+            driver = self.robots[identifier].driver.text() if identifier in self.robots else ""
+            check(time.monotonic() < end, f"robot {identifier} is not \"{shown}\": {told}\n{driver}")
+            time.sleep(0.05)
         self.page.await_text(f"udp/{identifier}", f", {state}" + (f", {reason}" if reason else ""))
         print(f"robot {identifier}: {shown}", flush=True)
 

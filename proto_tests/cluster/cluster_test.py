@@ -50,8 +50,9 @@ class TwoServers(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
+        # So that who leads goes on to do so if the machine is busy.
         self.machines = Machines(BIN, pathlib.Path(temporary.name), config=self.config,
-                                 add_files=self.add_files)
+                                 add_files=self.add_files, suspect_ms=3000)
         self.addCleanup(self.machines.close)
         self.leader = self.machines.leader()
         self.follower = next(it for it in self.machines.nodes if it != self.leader)
@@ -59,7 +60,7 @@ class TwoServers(unittest.TestCase):
     def robot(self, number, *nodes):
         line = Servers([self.machines.address(node) for node in nodes])
         self.addCleanup(line.close)
-        return Client(line, number, timeout=0.075, tries=200)
+        return Client(line, number, timeout=0.075, tries=2000)
 
     def ctl(self, node, *words):
         return subprocess.run([BIN / "pheromonectl", "--socket", "pheromoned.sock", *words], text=True,
@@ -131,8 +132,8 @@ class ClusterTest(TwoServers):
         stopped = self.stop_leader()
         for member in members:
             self.machines.etcd.start(member)
-        robot.deposit(1, 5000, 5000, 8)
         await_that(lambda: self.machines.role(self.follower) == "leads", "the other one leads")
+        robot.deposit(1, 5000, 5000, 8)
         stopped.send_signal(signal.SIGCONT)
         self.assertEqual(stopped.wait(PATIENCE_S), 1, self.machines.daemons[self.leader].log())
         self.machines.start(self.leader)

@@ -45,8 +45,8 @@ def prepare(folder):
     (folder / "secret").chmod(0o600)
 
 
-def cluster_table(node, engine, nodes):
-    return table("cluster", name="test", node=node, engine=engine, nodes=nodes, secret_file="secret")
+def cluster_table(node, engine, nodes, **more):
+    return table("cluster", name="test", node=node, engine=engine, nodes=nodes, secret_file="secret", **more)
 
 
 class Etcd:
@@ -80,10 +80,12 @@ class Etcd:
 
 
 class Machines:
-    """`config` is added to that of all servers, and by `add_files` to the folder of each."""
+    """`config` is added to that of all servers, `in_cluster` to its table [cluster], and by `add_files` to
+    the folder of each."""
 
-    def __init__(self, bin_dir, folder, nodes="ab", config=None, add_files=lambda folder: None):
-        self.bin_dir, self.nodes = bin_dir, nodes
+    def __init__(self, bin_dir, folder, nodes="ab", config=None, add_files=lambda folder: None,
+                 **in_cluster):
+        self.bin_dir, self.nodes, self.in_cluster = bin_dir, nodes, in_cluster
         self.folders = {node: folder / node for node in nodes}
         self.etcd = Etcd(folder)
         self.ports = {node: free_port() for node in nodes}
@@ -105,7 +107,8 @@ class Machines:
                 + link("udp", "udp", listen=f"127.0.0.1:{self.robots[node]}")
                 + table("journal", folder="state")
                 + cluster_table(node, self.etcd.clients,
-                                {it: f"127.0.0.1:{port}" for it, port in self.ports.items()}))
+                                {it: f"127.0.0.1:{port}" for it, port in self.ports.items()},
+                                **self.in_cluster))
 
     def start(self, *nodes):
         """All of them at once: the first that is up may need the others."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 """Until the daemon is given up; only ever waited for if something is wrong."""
 
 STARTED = time.monotonic()

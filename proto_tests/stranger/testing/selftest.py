@@ -12,6 +12,7 @@ from . import vectors
 from .. import client
 from ..client import Client, ErrorAnswer, Line, NoAnswer
 from ..servers import Servers
+from .report import PATIENCE_S
 from .model import Model, Pheromone, cosine_q14, fit_to_wire, round_half_away, sine_q14
 from ..wire import (
     BUSY,
@@ -164,6 +165,7 @@ def _check_numbers() -> str:
             except (ErrorAnswer, NoAnswer):
                 pass
             assert robot.next_seq == before + 1, f"seq {robot.next_seq} after ERROR {reason}"
+        robot.timeout = PATIENCE_S
         for nonce, last, expected in (
             (1, 200, 201),
             (1, 199, 201),

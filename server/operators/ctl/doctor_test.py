@@ -268,13 +268,17 @@ class WithServerTest(Laboratory):
 
     def test_a_server_with_a_robot_is_well(self):
         daemon = self.serve(SOUND)
-        self.robot(7).sense(1, 1500, 500, 0)
-        findings = self.examine()
+        robot = self.robot(7)
+        for _ in range(5):  # again, if it took so long that the robot counts as silent
+            robot.sense(1, 1500, 500, 0)
+            findings = self.examine()
+            found = {it["subject"]: it["looked_at"] + ": " + it["found"] for it in findings}
+            if "1 robot heard" in found["channels"]:
+                break
         self.assertEqual([it for it in findings if it["level"] == "fault"], [])
-        found = {it["subject"]: it["looked_at"] + ": " + it["found"] for it in findings}
         self.assertIn(f"pheromoned (process {daemon.process.pid}, ", str(findings))
         self.assertRegex(found["configuration"], r"/test\.toml: map: 4 m x 3 m")
-        self.assertRegex(found["links"], "link radio-a, pty: up, [23] frames received")
+        self.assertRegex(found["links"], r"link radio-a, pty: up, \d+ frames received")
         self.assertRegex(found["channels"], "1 robot heard")
 
     def test_nothing_is_received_and_no_robot_is_heard(self):
@@ -307,10 +311,14 @@ class WithServerTest(Laboratory):
     def test_a_robot_without_hello(self):
         self.serve(SOUND)
         with contextlib.closing(open_terminal(self.folder / "radio-a.pty")) as line:
-            line.send(wire.encode(bytes([9, 0x72, 1])))  # PING
-            self.assertIsNotNone(line.receive(time.monotonic() + PATIENCE_S))
+            for _ in range(5):  # again, if it took so long that the robot counts as silent
+                line.send(wire.encode(bytes([9, 0x72, 1])))  # PING
+                self.assertIsNotNone(line.receive(time.monotonic() + PATIENCE_S))
+                findings = self.examine()
+                if "has not said HELLO" in str(findings):
+                    break
         self.assert_found("warning", "robots", "robot 9 on radio-a: refused: it has not said HELLO",
-                          "Restart the robot", self.examine())
+                          "Restart the robot", findings)
 
     def test_bytes_that_are_no_frames(self):
         daemon = self.serve(SOUND)

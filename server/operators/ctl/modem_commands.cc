@@ -199,13 +199,11 @@ class ModemTest {
  private:
   double AirMs(size_t bytes) const { return static_cast<double>(bytes) * 10'000 / options_.baud; }
 
-  // Reads at both ends until `end`, or until something came that satisfies `done`.
+  // Reads at both ends until `end`, or until something came that satisfies `done`; what came before
+  // a pause of this program counts, though it is late to read it.
   Status Listen(Clock::time_point end, const std::function<bool()>& done = nullptr) {
     while (!done || !done()) {
       const auto left = std::max(Clock::duration(0), end - Clock::now());
-      if (left.count() == 0) {
-        break;
-      }
       std::array<pollfd, 2> lines{pollfd{sides_[0].descriptor(), POLLIN, 0},
                                   pollfd{sides_[1].descriptor(), POLLIN, 0}};
       const timespec wait{std::chrono::duration_cast<std::chrono::seconds>(left).count(),
@@ -217,6 +215,9 @@ class ModemTest {
         if (lines[i].revents != 0) {
           PHEROMONE_TRY_STATUS(sides_[i].Read());
         }
+      }
+      if (left.count() == 0) {
+        break;
       }
     }
     return Ok();

@@ -48,13 +48,16 @@ class OperatedServer(unittest.TestCase):
         (cls.folder / "token").chmod(0o600)
         cls.process = subprocess.Popen([PHEROMONED, "--config", "lab.toml"], cwd=cls.folder,
                                        stdin=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        cls.addClassCleanup(cls.process.kill)  # of none, if it has ended
         log = b""
         while b"ready: " not in log:
-            if not select.select([cls.process.stderr], [], [], PATIENCE_S)[0]:
+            readable = select.select([cls.process.stderr], [], [], PATIENCE_S)[0]
+            text = os.read(cls.process.stderr.fileno(), 65536) if readable else b""
+            if not text:
                 raise AssertionError(log.decode())
-            log += os.read(cls.process.stderr.fileno(), 65536)
+            log += text
         cls.port = int(re.search(rb"web: http://127\.0\.0\.1:(\d+)", log)[1])
-        cls.drain = threading.Thread(target=cls.process.stderr.read)
+        cls.drain = threading.Thread(target=cls.process.stderr.read, daemon=True)
         cls.drain.start()
 
     @classmethod

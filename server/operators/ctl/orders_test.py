@@ -5,6 +5,7 @@
                    --pheromonectl build/release/bin/pheromonectl
 """
 
+import itertools
 import struct
 import subprocess
 import threading
@@ -97,9 +98,10 @@ class OrdersTest(OperatedServer):
         over = threading.Event()
 
         def drive():  # 51 stands, 52 moves on, 53 is silent
-            x_mm = 1000
-            while not over.wait(0.03):
-                x_mm += 5
+            for step in itertools.count():
+                if over.wait(0.03):
+                    return
+                x_mm = 1000 + abs(step % 400 - 200) * 5  # there and back
                 for identifier, x in ((51, 1000), (52, x_mm)):
                     line.send(wire.encode(bytes([identifier, 0x01])
                                           + struct.pack("<hhH", x, 1000, 0)))
