@@ -1,13 +1,11 @@
 // Any text as PNML: it is understood or refused with words that name the file. What is understood
-// is a sound net, and comes back the same when it is written; without its read arcs, in the other
-// dialects.
+// is a sound net, and comes back the same when it is written.
 
 #include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "proto_tests/fuzz/require.h"
-#include "server/formats/nets/core_net.h"
 #include "server/formats/nets/pnml.h"
 
 namespace {
@@ -15,9 +13,7 @@ namespace {
 using pheromone::Result;
 using pheromone::fuzz::Require;
 using pheromone::nets::ParsePnml;
-using pheromone::nets::PnmlDialect;
 using pheromone::nets::ToPnml;
-using pheromone::nets::WithoutReads;
 using pheromone::petri::Net;
 
 }  // namespace
@@ -31,10 +27,5 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
   Require(CheckNet(net.value()).ok());
   Require(ParsePnml("fuzz", ToPnml(net.value())).value() == net.value());
-  const Net plain = WithoutReads(net.value());
-  if (CheckNet(plain).ok()) {  // no weight too large
-    Require(ParsePnml("fuzz", ToPnml(net.value(), PnmlDialect::kTypeAttribute)).value() == plain);
-    Require(ParsePnml("fuzz", ToPnml(net.value(), PnmlDialect::kArcTypeElement)).value() == plain);
-  }
   return 0;
 }

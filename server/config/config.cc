@@ -61,6 +61,22 @@ void ReadCapture(const Value& root, Notes* notes, CaptureSettings* capture) {
 
 }  // namespace
 
+bool ReadField(const Value& root, Notes* notes, Config* config) {
+  field::FieldConfig& field = config->engine.field;
+  const bool has_map = ReadMap(root, notes, config);
+  ReadAntennas(root, notes, &field);
+  const bool has_pheromones = ReadPheromones(root, has_map, notes, &field);
+  if (has_map) {
+    CheckAntennas(root, notes, field);
+    ReadObstacles(root, notes, &field);
+  }
+  if (has_map && has_pheromones) {
+    ReadPaths(root, config->datum, notes, &field);
+    ReadPrints(root, notes, &field);
+  }
+  return has_map && has_pheromones;
+}
+
 Result<Config> ParseConfig(std::string_view text, std::string_view name,
                            const std::optional<std::filesystem::path>& folder,
                            const std::optional<Machine>& machine) {
@@ -71,18 +87,7 @@ Result<Config> ParseConfig(std::string_view text, std::string_view name,
       .AllowOnly({"map", "antennas", "pheromone", "obstacles", "path", "print", "link", "frame",
                   "tracker", "limits", "journal", "capture", "daemon", "control", "web", "tags",
                   "tag", "net", "cluster"});
-  field::FieldConfig& field = config.engine.field;
-  const bool has_map = ReadMap(root, &notes, &config);
-  ReadAntennas(root, &notes, &field);
-  const bool has_pheromones = ReadPheromones(root, has_map, &notes, &field);
-  if (has_map) {
-    CheckAntennas(root, &notes, field);
-    ReadObstacles(root, &notes, &field);
-  }
-  if (has_map && has_pheromones) {
-    ReadPaths(root, config.datum, &notes, &field);
-    ReadPrints(root, &notes, &field);
-  }
+  ReadField(root, &notes, &config);
   ReadCluster(root, machine, &notes, &config.cluster);
   ReadLinks(root, &notes, &config);
   ReadFrames(root, &notes, &config.engine);

@@ -48,6 +48,9 @@ void ReadPaths(const Value& root, const std::optional<maps::Wgs84>& datum, Notes
 /// [[print]]
 void ReadPrints(const Value& root, Notes* notes, field::FieldConfig* field);
 
+/// All of these, in that order. False if the map or the pheromones are not understood.
+bool ReadField(const Value& root, Notes* notes, Config* config);
+
 /// [cluster], with the secret that its file holds. Nothing is left in `cluster` without it.
 void ReadCluster(const Value& root, const std::optional<Machine>& machine, Notes* notes,
                  std::optional<ClusterSettings>* cluster);

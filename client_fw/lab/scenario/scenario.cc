@@ -263,18 +263,10 @@ Result<LabScenario> ReadLabScenario(const Value& tree, const std::string& name,
       .AllowOnly({"run", "measure", "sweep", "robots", "site", "wall", "event", "radio", "map",
                   "antennas", "pheromone", "obstacles", "path", "print"});
   config::Config server;
-  field::FieldConfig& field = server.engine.field;
-  const bool has_map = config::ReadMap(tree, &notes, &server);
-  config::ReadAntennas(tree, &notes, &field);
-  const bool has_pheromones = config::ReadPheromones(tree, has_map, &notes, &field);
-  if (has_map) {
-    config::CheckAntennas(tree, &notes, field);
-    config::ReadObstacles(tree, &notes, &field);
-  }
+  const bool has_field = config::ReadField(tree, &notes, &server);
   ReadRunSection(tree, &notes, &scenario);
-  if (has_map && has_pheromones) {
-    config::ReadPaths(tree, server.datum, &notes, &field);
-    config::ReadPrints(tree, &notes, &field);
+  if (has_field) {
+    field::FieldConfig& field = server.engine.field;
     field.memory_bytes = kFieldBytes;
     scenario.world.field = field;
     scenario.world.pose_unit_10um = server.engine.pose_unit_10um;

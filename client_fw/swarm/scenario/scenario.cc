@@ -111,22 +111,11 @@ Result<Scenario> ParseScenario(std::string_view text, std::string_view name,
       .AllowOnly(
           {"run", "radio", "robots", "map", "antennas", "pheromone", "obstacles", "path", "print"});
   config::Config server;
-  field::FieldConfig& field = server.engine.field;
-  const bool has_map = config::ReadMap(root, &notes, &server);
-  config::ReadAntennas(root, &notes, &field);
-  const bool has_pheromones = config::ReadPheromones(root, has_map, &notes, &field);
-  if (has_map) {
-    config::CheckAntennas(root, &notes, field);
-    config::ReadObstacles(root, &notes, &field);
-  }
-  if (has_map && has_pheromones) {
-    config::ReadPaths(root, server.datum, &notes, &field);
-    config::ReadPrints(root, &notes, &field);
-  }
+  const bool has_field = config::ReadField(root, &notes, &server);
   scenario.engine = server.engine;
   ReadRun(root, &notes, &scenario);
   ReadRadio(root, &notes, &scenario);
-  if (has_map && has_pheromones) {
+  if (has_field) {
     ReadRobots(root, &notes, &scenario);
     ReadHiddenPairs(root, &notes, &scenario);
   }

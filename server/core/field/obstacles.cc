@@ -218,12 +218,6 @@ uint64_t ObstacleMask::Hash() const {
   return sum;
 }
 
-uint64_t ObstacleMask::MostBytes(int32_t columns, int32_t rows, uint64_t blocked_nodes) {
-  const auto blocks =
-      static_cast<uint64_t>(BlocksFor(columns)) * static_cast<uint64_t>(BlocksFor(rows));
-  return BytesOf(blocks, std::min(blocks, blocked_nodes));
-}
-
 void BlockRectangle(const MapGeometry& map, PointUm corner, PointUm opposite, ObstacleMask* mask) {
   const Lattice lattice(map);
   const PointUm a = lattice.From(corner);

@@ -99,9 +99,6 @@ class ObstacleMask {
   /// The memory that it uses, including the heap's overhead: a function of the content alone.
   uint64_t bytes() const { return BytesOf(blocks_.size(), used_blocks_); }
 
-  /// An upper bound of the memory of a mask of that size with `blocked_nodes` blocked nodes.
-  static uint64_t MostBytes(int32_t columns, int32_t rows, uint64_t blocked_nodes);
-
  private:
   using BlockPointer = std::unique_ptr<Block>;
   static constexpr uint64_t kBlockBytes = sizeof(Block) + 16;

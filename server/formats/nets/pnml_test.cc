@@ -398,23 +398,6 @@ TEST(Pnml, WritesWhatHasNoPlaceInTheStandardAsToolSpecific) {
   EXPECT_EQ(Parsed(text), net);
 }
 
-TEST(Pnml, WritesTheOtherDialects) {
-  const Net net{.name = "n",
-                .places = {{.id = "p"}, {.id = "q"}},
-                .transitions = {{.id = "t", .reads = {{0}}, .inhibitors = {{1, 2}}}}};
-  const std::string attribute = ToPnml(net, PnmlDialect::kTypeAttribute);
-  EXPECT_THAT(attribute, HasSubstr(R"(source="q" target="t" type="inhibitor"><inscription>)"));
-  EXPECT_THAT(attribute, Not(HasSubstr("read")));
-  const std::string element = ToPnml(net, PnmlDialect::kArcTypeElement);
-  EXPECT_THAT(element, HasSubstr("extensions/inhibitorptnet\""));
-  EXPECT_THAT(element, HasSubstr(R"(target="t"><arctype><text>normal</text></arctype></arc>)"));
-  EXPECT_THAT(element, HasSubstr(R"(target="t"><arctype><text>inhibitor</text></arctype>)"));
-  const petri::Transition expected{
-      .id = "t", .takes = {{0}}, .gives = {{0}}, .inhibitors = {{1, 2}}};
-  EXPECT_EQ(Parsed(attribute).transitions[0], expected);
-  EXPECT_EQ(Parsed(element).transitions[0], expected);
-}
-
 TEST(Pnml, RefusesToolSpecificDataOfAnotherVersion) {
   EXPECT_EQ(ErrorOf(Document(R"(<place id="p"><toolspecific tool="other" version="2"/>
 <toolspecific tool="pheromone" version="2"/></place>)")),
@@ -427,8 +410,6 @@ TEST(Pnml, ReadsBackWhatItWrites) {
     const Net net = WithRandomTexts(RandomNet(&random), &random);
     ASSERT_TRUE(CheckNet(net).ok());
     ASSERT_EQ(Parsed(ToPnml(net)), net);
-    ASSERT_TRUE(ParsePnml("a", ToPnml(net, PnmlDialect::kTypeAttribute)).ok());
-    ASSERT_TRUE(ParsePnml("a", ToPnml(net, PnmlDialect::kArcTypeElement)).ok());
   }
 }
 

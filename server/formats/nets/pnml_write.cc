@@ -82,15 +82,14 @@ class XmlIds {
 
 class PnmlWriter {
  public:
-  PnmlWriter(const Net& net, PnmlDialect dialect) : net_(net), dialect_(dialect), ids_(net) {}
+  explicit PnmlWriter(const Net& net) : net_(net), ids_(net) {}
 
   std::string Write() && {
     xml_ = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<pnml";
     AppendAttribute("xmlns", kPnmlNamespace, &xml_);
     xml_ += ">\n  <net";
     AppendAttribute("id", ids_.New("net"), &xml_);
-    AppendAttribute(
-        "type", dialect_ == PnmlDialect::kArcTypeElement ? kInhibitorPtNetType : kPtNetType, &xml_);
+    AppendAttribute("type", kPtNetType, &xml_);
     xml_ += ">\n    <name><text>";
     AppendText(net_.name, &xml_);
     xml_ += "</text></name>\n";
@@ -195,22 +194,13 @@ class PnmlWriter {
 
   void WriteArc(const std::string& source, const std::string& target, uint32_t weight,
                 ArcKind kind) {
-    const std::string_view word = kind == ArcKind::kInhibitor ? "inhibitor"
-                                  : kind == ArcKind::kRead    ? "read"
-                                                              : "normal";
     xml_ += "      <arc";
     AppendAttribute("id", ids_.New("a" + std::to_string(++arcs_)), &xml_);
     AppendAttribute("source", source, &xml_);
     AppendAttribute("target", target, &xml_);
-    if (dialect_ == PnmlDialect::kTypeAttribute && kind != ArcKind::kNormal) {
-      AppendAttribute("type", word, &xml_);
-    }
     std::string labels;
-    if (dialect_ == PnmlDialect::kTypeElement && kind != ArcKind::kNormal) {
-      labels += "<type value=\"" + std::string(word) + "\"/>";
-    }
-    if (dialect_ == PnmlDialect::kArcTypeElement) {
-      labels += "<arctype><text>" + std::string(word) + "</text></arctype>";
+    if (kind != ArcKind::kNormal) {
+      labels = kind == ArcKind::kRead ? "<type value=\"read\"/>" : "<type value=\"inhibitor\"/>";
     }
     if (weight != 1) {
       labels += "<inscription><text>" + std::to_string(weight) + "</text></inscription>";
@@ -231,7 +221,6 @@ class PnmlWriter {
   }
 
   const Net& net_;
-  PnmlDialect dialect_;
   XmlIds ids_;
   std::vector<std::string> place_ids_;
   size_t arcs_ = 0;
@@ -240,12 +229,9 @@ class PnmlWriter {
 
 }  // namespace
 
-std::string ToPnml(const Net& net, PnmlDialect dialect) {
+std::string ToPnml(const Net& net) {
   assert(CheckNet(net).ok());
-  if (dialect != PnmlDialect::kTypeElement) {
-    return PnmlWriter(WithoutReads(net), dialect).Write();
-  }
-  return PnmlWriter(net, dialect).Write();
+  return PnmlWriter(net).Write();
 }
 
 }  // namespace pheromone::nets

@@ -14,8 +14,6 @@ inline constexpr std::string_view kPnmlTool = "pheromone";
 inline constexpr std::string_view kPnmlToolVersion = "1";
 inline constexpr std::string_view kPnmlNamespace = "http://www.pnml.org/version-2009/grammar/pnml";
 inline constexpr std::string_view kPtNetType = "http://www.pnml.org/version-2009/grammar/ptnet";
-inline constexpr std::string_view kInhibitorPtNetType =
-    "http://www.pnml.org/version-2009/extensions/inhibitorptnet";
 
 /// Where the text is not UTF-8 or has a character that XML 1.0 forbids (section 2.2); its size if
 /// nowhere.

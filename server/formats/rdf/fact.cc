@@ -118,20 +118,6 @@ Status CheckFact(const Fact& fact, const Naming& naming) {
   return block.ok() ? Ok() : block.error();
 }
 
-Result<Block> BlockOf(const Fact& fact, int32_t author, const Naming& naming,
-                      SymbolTables* tables) {
-  if (!tables->HasRobot(author)) {
-    return Error{"the author is " + std::to_string(author) +
-                 ", expected a number of the robot table"};
-  }
-  SymbolTables next = *tables;
-  Result<Block> block = AddBlock(fact, author, naming, &next);
-  if (block.ok()) {
-    *tables = std::move(next);
-  }
-  return block;
-}
-
 Result<std::vector<TagBlock>> BlocksOf(std::span<const Fact> facts, const Naming& naming,
                                        SymbolTables* tables) {
   SymbolTables next = *tables;

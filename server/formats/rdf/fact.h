@@ -119,16 +119,13 @@ Result<Facts> FactsOf(std::span<const TagBlock> blocks, const SymbolTables& tabl
 /// its type does not have, a tag without a number; with what was found and expected.
 Status CheckFact(const Fact& fact, const Naming& naming);
 
-/// The fact as a block of `author`, who must be in the tables; robots and strings that the tables
-/// do not have are added. On an error the tables are unchanged: for many facts, BlocksOf copies
-/// them only once. Errors: those of CheckFact; full tables.
-Result<Block> BlockOf(const Fact& fact, int32_t author, const Naming& naming, SymbolTables* tables);
-/// All of them, as blocks of their own authors, who are added if they are new.
+/// The facts as blocks of their authors; robots and strings that the tables do not have are added.
+/// On an error the tables are unchanged. Errors: those of CheckFact; full tables.
 Result<std::vector<TagBlock>> BlocksOf(std::span<const Fact> facts, const Naming& naming,
                                        SymbolTables* tables);
 
-/// A term in a block of `author`, of a known type, and back as BlockOf has it: adds rows even if it
-/// fails. `role`, such as "object", is what an error calls it. Only an object may be a literal.
+/// A term in a block of `author`, of a known type, and back as BlocksOf has it: adds rows even if
+/// it fails. `role`, such as "object", is what an error calls it. Only an object may be a literal.
 Node NodeOf(const Term& term, int32_t author, const SymbolTables& tables, const Naming& naming);
 Result<Term> TermOf(const Node& node, std::string_view role, int32_t author, const Naming& naming,
                     SymbolTables* tables);

@@ -116,7 +116,7 @@ TEST(FactTest, AMappedRobotsFactsHaveItsOwnIdAndTheOwnersStrings) {
   const Fact fact = FactOf({"dock", block}, tables, {}).value();
   EXPECT_EQ(fact.robot_id, "00:11:22:33:44:55");
   EXPECT_EQ(fact.predicate, "http://example.org/ns#lookingfortag");
-  EXPECT_EQ(BlockOf(fact, 12, {}, &tables).value(), block);
+  EXPECT_EQ(BlocksOf(std::vector{fact}, {}, &tables).value().front().block, block);
 }
 
 TEST(FactTest, NewTablesGetTheRowsThatTheyNeed) {

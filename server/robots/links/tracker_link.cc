@@ -15,6 +15,7 @@
 #include <boost/asio/strand.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "server/base/message.h"
 #include "server/net/listen.h"
 #include "server/robots/links/keep_running.h"
 
@@ -28,16 +29,7 @@ using boost::system::error_code;
 constexpr char kSource[] = "tracker";
 constexpr std::chrono::seconds kBetweenReports{1};
 constexpr size_t kMaxDatagram = 65'536;  // more than UDP can carry
-
-// The beginning of an untrusted line, made printable for the log.
-std::string Quoted(std::string_view line) {
-  constexpr size_t kMax = 60;
-  std::string text = "\"";
-  for (const char c : line.substr(0, kMax)) {
-    text += c >= ' ' && c <= '~' ? c : '?';
-  }
-  return text + (line.size() > kMax ? "...\"" : "\"");
-}
+constexpr size_t kMostQuoted = 60;       // bytes of a line that is not understood
 
 field::PoseUm ToUm(const PoseFix& fix) {
   return {{std::llround(fix.x_m * 1e6), std::llround(fix.y_m * 1e6)},
@@ -208,7 +200,7 @@ class TrackerLink::Impl {
   // second.
   void Refuse(TrackerFault fault, std::string_view line) {
     ++untold_;
-    last_fault_ = std::string(TextOf(fault)) + ": " + Quoted(line);
+    last_fault_ = std::string(TextOf(fault)) + ": " + Quoted(line, kMostQuoted);
     {
       const std::lock_guard lock(mutex_);
       ++counters_.faults[static_cast<size_t>(fault)];

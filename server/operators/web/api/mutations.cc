@@ -24,11 +24,6 @@ constexpr size_t kMaxPoints = 1024;  // the engine's limit
 constexpr double kWidestM = 1000;
 constexpr double kDefaultToleranceM = 0.1;
 
-Response Done(json::object what) {
-  what["done"] = true;
-  return {.body = ToText(what)};
-}
-
 Response Outcome(const Status& status) {
   return status.ok() ? Done({}) : Refuse(409, {status.error(), "", ""});
 }
@@ -46,11 +41,6 @@ json::object DescribeUntold(const control::LinkView& link) {
 Response Outcome(const std::string& name, const Result<std::vector<std::string>>& notes) {
   return notes.ok() ? Done({{name, json::array(notes.value().begin(), notes.value().end())}})
                     : Refuse(409, {notes.error(), "", ""});
-}
-
-// Answers with what became of it.
-control::Control::Done Report(Respond respond) {
-  return [respond = std::move(respond)](const Status& done) { respond(Outcome(done)); };
 }
 
 // Whether a shape reaches beyond the map: its corners or points do, or the discs around them.
@@ -112,8 +102,7 @@ void ReadShape(Parameters* fields, FieldEdit* edit) {
 
 void Reverse(bool redo, control::Control* control, Parameters* fields, Respond respond) {
   fields->AllowOnly({});
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
   control->Reverse(redo,
@@ -139,8 +128,7 @@ void Deposit(control::Control* control, Parameters* fields, Respond respond) {
   const auto y = fields->Metres("y_m", -1e6);
   const auto quanta = fields->Integer("quanta", 1, law != nullptr ? law->max_count : 1, 1);
   fields->AllowOnly({"pheromone", "x_m", "y_m", "quanta"});
-  if (fields->problem() || law == nullptr) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond) || law == nullptr) {
     return;
   }
   const field::PointUm point{*x, *y};
@@ -174,8 +162,7 @@ void Erase(control::Control* control, Parameters* fields, Respond respond) {
   edit.action = FieldEdit::Action::kErase;
   ReadShape(fields, &edit);
   fields->AllowOnly({"pheromone", "area_m", "points_m", "radius_m", "all", "continues"});
-  if (fields->problem() || law == nullptr) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond) || law == nullptr) {
     return;
   }
   edit.type = law->type;
@@ -192,8 +179,7 @@ void Paint(control::Control* control, Parameters* fields, Respond respond) {
   const auto add = fields->Boolean("add", false);
   fields->AllowOnly(
       {"pheromone", "area_m", "points_m", "radius_m", "all", "units", "add", "continues"});
-  if (fields->problem() || law == nullptr) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond) || law == nullptr) {
     return;
   }
   edit.type = law->type;
@@ -235,8 +221,7 @@ void Command(control::Control* control, Parameters* fields, Respond respond) {
       fields->Expected("arguments", expected);
     }
   }
-  if (fields->problem() || command == nullptr) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond) || command == nullptr) {
     return;
   }
   control->Issue(*link, static_cast<uint8_t>(*id), command->code,
@@ -248,8 +233,7 @@ void GoTo(control::Control* control, Parameters* fields, Respond respond) {
   const auto id = fields->Integer("id", 1, 254);
   if (fields->Boolean("cancel", false).value_or(false)) {
     fields->AllowOnly({"link", "id", "cancel"});
-    if (fields->problem()) {
-      respond(Refuse(400, *fields->problem()));
+    if (Refused(*fields, respond)) {
       return;
     }
     control->CancelGoal(*link, static_cast<uint8_t>(*id), Report(std::move(respond)));
@@ -260,8 +244,7 @@ void GoTo(control::Control* control, Parameters* fields, Respond respond) {
   const auto tolerance = fields->Number("tolerance_m", engine::kLeastToleranceUm / 1e6,
                                         engine::kMaxToleranceUm / 1e6, kDefaultToleranceM);
   fields->AllowOnly({"link", "id", "x_m", "y_m", "tolerance_m", "cancel"});
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
   control->SetGoal(*link, static_cast<uint8_t>(*id), {*x, *y},
@@ -278,8 +261,7 @@ void ChangeLaw(control::Control* control, Parameters* fields, Respond respond) {
     fields->Expected("tau_s", "at least 0.001, or 0 for no evaporation");
   }
   fields->AllowOnly({"pheromone", "tau_s"});
-  if (fields->problem() || law == nullptr) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond) || law == nullptr) {
     return;
   }
   const auto answer = [respond = std::move(respond), name = law->name,
@@ -297,8 +279,7 @@ void ChangeLaw(control::Control* control, Parameters* fields, Respond respond) {
 
 void Halt(control::Control* control, Parameters* fields, Respond respond) {
   fields->AllowOnly({});
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
   control->HaltAll(
@@ -337,8 +318,7 @@ void RevokeKeys(control::Control* control, Parameters* fields, Respond respond) 
     fields->Expected("ids", kExpected);
   }
   fields->AllowOnly({"ids"});
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
   const std::vector<uint8_t> robots(ids.begin(), ids.end());
@@ -353,8 +333,7 @@ void RevokeKeys(control::Control* control, Parameters* fields, Respond respond) 
 
 void Reload(control::Control* control, Parameters* fields, Respond respond) {
   fields->AllowOnly({});
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
   control->Reload([respond = std::move(respond)](const Result<std::vector<std::string>>& notes) {
@@ -364,8 +343,7 @@ void Reload(control::Control* control, Parameters* fields, Respond respond) {
 
 void Snapshot(control::Control* control, Parameters* fields, Respond respond) {
   fields->AllowOnly({});
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
   control->Snapshot([respond = std::move(respond)](const Result<std::optional<std::string>>& made) {
@@ -385,13 +363,10 @@ void StepDown(control::Control* control, Parameters* fields, Respond respond) {
   const std::string successor =
       fields->Has("successor") ? fields->String("successor").value_or("") : "";
   fields->AllowOnly({"successor"});
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
-  control->StepDown(successor, [respond = std::move(respond)](const Status& done) {
-    respond(done.ok() ? Done({}) : Refuse(409, {done.error(), "", ""}));
-  });
+  control->StepDown(successor, Report(std::move(respond)));
 }
 
 void Capture(control::Control* control, Parameters* fields, Respond respond) {
@@ -400,8 +375,7 @@ void Capture(control::Control* control, Parameters* fields, Respond respond) {
     fields->Expected("action", "one of start, stop");
   }
   fields->AllowOnly({"action"});
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
   const auto answer = [control, respond = std::move(respond)](const Status& done) {

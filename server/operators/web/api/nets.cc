@@ -177,14 +177,10 @@ void ChangeNets(control::Control* control, Parameters* fields, Respond respond) 
   }
   change.net = fields->String("net").value_or("");
   fields->AllowOnly({"action", "net"});
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
-  control->ChangeNets(change, [respond = std::move(respond)](const Status& done) {
-    respond(done.ok() ? Response{.body = ToText(json::object{{"done", true}})}
-                      : Refuse(409, {done.error(), "", ""}));
-  });
+  control->ChangeNets(change, Report(std::move(respond)));
 }
 
 }  // namespace pheromone::web

@@ -344,6 +344,24 @@ std::variant<json::object, Problem> ObjectOf(
   return object;
 }
 
+bool Refused(const Parameters& fields, const Respond& respond) {
+  if (fields.problem()) {
+    respond(Refuse(400, *fields.problem()));
+  }
+  return fields.problem().has_value();
+}
+
+std::function<void(const Status&)> Report(Respond respond) {
+  return [respond = std::move(respond)](const Status& done) {
+    respond(done.ok() ? Done() : Refuse(409, {done.error(), "", ""}));
+  };
+}
+
+Response Done(json::object what) {
+  what["done"] = true;
+  return {.body = ToText(what)};
+}
+
 std::variant<json::object, Problem> ParseBody(std::string_view body) {
   if (body.empty()) {
     return json::object();

@@ -4,12 +4,13 @@
 //   Parameters fields(object);
 //   const auto x_m = fields.Number("x_m", -1e6, 1e6);
 //   fields.AllowOnly({"x_m"});
-//   if (fields.problem()) { return Refuse(400, *fields.problem()); }
+//   if (Refused(fields, respond)) { return; }
 //
 // The query of a GET is read in the same way: ObjectOf makes an object of it.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -20,6 +21,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 
+#include "server/base/result.h"
 #include "server/formats/maps/raster.h"
 #include "server/operators/web/http.h"
 
@@ -64,6 +66,13 @@ class Parameters {
   const boost::json::object& object_;
   std::optional<Problem> problem_;
 };
+
+/// Whether a problem was found; the request is refused then, with 400.
+bool Refused(const Parameters& fields, const Respond& respond);
+
+/// Answers with what became of a change: {"done": true}, or 409 and the error.
+std::function<void(const Status&)> Report(Respond respond);
+Response Done(boost::json::object what = {});
 
 /// A query as an object: a value that parses as a number becomes one, numbers separated by commas
 /// become an array, everything else is a string. A repeated name is a problem.

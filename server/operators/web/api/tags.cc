@@ -224,14 +224,10 @@ void ChangeTags(control::Control* control, Parameters* fields, Respond respond) 
   } else if (action) {
     fields->Expected("action", "one of write, erase, define, forget");
   }
-  if (fields->problem()) {
-    respond(Refuse(400, *fields->problem()));
+  if (Refused(*fields, respond)) {
     return;
   }
-  control->ChangeTags(change, [respond = std::move(respond)](const Status& done) {
-    respond(done.ok() ? Response{.body = ToText(json::object{{"done", true}})}
-                      : Refuse(409, {done.error(), "", ""}));
-  });
+  control->ChangeTags(change, Report(std::move(respond)));
 }
 
 }  // namespace pheromone::web

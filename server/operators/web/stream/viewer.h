@@ -105,7 +105,6 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   const std::string refusal_;
   const std::string warning_;
   std::unique_ptr<Conversation> conversation_;
-  std::string subprotocol_;
   bool is_open_ = false;
   bool is_closed_ = false;
   bool is_reading_ = false;
