@@ -60,34 +60,14 @@ std::string ClusterTable(const std::string& node, const cluster::EtcdMembers& et
       node, fmt::join(engine, ", "), peers[0], peers[1]);
 }
 
-double MedianOf(std::vector<double> values) {
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
-  return values[values.size() / 2];
-}
-
 // Two servers in turn; the row is the first one's.
 void Compare(const ClusterOptions& options, const Server& server, const Server& with, Load load,
              int clients, Row row, Report* report) {
-  std::vector<double> rates;
-  std::vector<double> other_rates;
-  std::vector<double> ratios;
-  for (int round = 0; round < options.effort.rounds; ++round) {
-    const LoadResult other = with.Run(load, clients, options.effort.seconds);
-    LoadResult served = server.Run(load, clients, options.effort.seconds);
-    other_rates.push_back(other.per_second);
-    rates.push_back(served.per_second);
-    ratios.push_back(other.per_second > 0 ? served.per_second / other.per_second : 0);
-    row.right += served.right;
-    row.wrong += served.wrong + other.wrong;
-    row.lost += served.lost;
-    row.late += served.late;
-    row.times = std::move(served.times);
-  }
   row.clients = clients;
-  row.per_second = MedianOf(rates);
-  row.echo_per_second = MedianOf(other_rates);
-  row.share_of_echo = MedianOf(ratios);
-  report->Add(std::move(row));
+  const double seconds = options.effort.seconds;
+  report->Add(RunInTurn(
+      options.effort.rounds, [&] { return server.Run(load, clients, seconds); },
+      [&] { return with.Run(load, clients, seconds); }, std::move(row)));
 }
 
 }  // namespace

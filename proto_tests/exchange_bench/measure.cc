@@ -22,6 +22,29 @@ double Median(std::vector<double> values) {
 
 }  // namespace
 
+Row RunInTurn(int rounds, const std::function<LoadResult()>& load,
+              const std::function<LoadResult()>& with, Row row) {
+  std::vector<double> rates;
+  std::vector<double> other_rates;
+  std::vector<double> ratios;
+  for (int round = 0; round < rounds; ++round) {
+    const LoadResult other = with();
+    LoadResult served = load();
+    other_rates.push_back(other.per_second);
+    rates.push_back(served.per_second);
+    ratios.push_back(other.per_second > 0 ? served.per_second / other.per_second : 0);
+    row.right += served.right;
+    row.wrong += served.wrong + other.wrong;
+    row.lost += served.lost;
+    row.late += served.late;
+    row.times = std::move(served.times);
+  }
+  row.per_second = Median(rates);
+  row.echo_per_second = Median(other_rates);
+  row.share_of_echo = Median(ratios);
+  return row;
+}
+
 Measure::Measure(std::string name, std::string folder, const Effort& effort, const Arena& arena,
                  const ServerProcess& server, Report* report)
     : name_(std::move(name)),
@@ -36,25 +59,9 @@ Measure::Measure(std::string name, std::string folder, const Effort& effort, con
 }
 
 void Measure::Compare(const LoadOptions& load, const LoadOptions& with, Row row) {
-  std::vector<double> rates;
-  std::vector<double> other_rates;
-  std::vector<double> ratios;
-  for (int round = 0; round < effort_.rounds; ++round) {
-    const LoadResult other = RunLoad(arena_, with);
-    LoadResult served = RunLoad(arena_, load);
-    other_rates.push_back(other.per_second);
-    rates.push_back(served.per_second);
-    ratios.push_back(other.per_second > 0 ? served.per_second / other.per_second : 0);
-    row.right += served.right;
-    row.wrong += served.wrong + other.wrong;
-    row.lost += served.lost;
-    row.late += served.late;
-    row.times = std::move(served.times);
-  }
-  row.per_second = Median(rates);
-  row.echo_per_second = Median(other_rates);
-  row.share_of_echo = Median(ratios);
-  report_->Add(std::move(row));
+  report_->Add(RunInTurn(
+      effort_.rounds, [&] { return RunLoad(arena_, load); }, [&] { return RunLoad(arena_, with); },
+      std::move(row)));
 }
 
 void Measure::CompareUdp(Load what, int clients) {

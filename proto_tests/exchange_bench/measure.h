@@ -28,6 +28,11 @@ struct Effort {
 /// What the arena's configuration has of each kind.
 inline constexpr LinkNumbers kLinks{8, 16};
 
+/// A load and another with it, by turns: `row` with the medians of the first one's rate, of the
+/// other one's (echo_per_second) and of their ratio, the sums of the counts, and the last times.
+Row RunInTurn(int rounds, const std::function<LoadResult()>& load,
+              const std::function<LoadResult()>& with, Row row);
+
 class Measure {
  public:
   /// `name` is the server's in the report. All outlive this; `folder` is where the server runs.
@@ -51,7 +56,7 @@ class Measure {
 
  private:
   PtyLoadResult RunPtys(bool trace, int ptys, int baud);
-  /// A load in turn with another; reports the medians of the rounds in `row`.
+  /// Reports a load in turn with another.
   void Compare(const LoadOptions& load, const LoadOptions& with, Row row);
 
   const std::string name_;
