@@ -12,8 +12,8 @@ from . import vectors
 from .. import client
 from ..client import Client, ErrorAnswer, Line, NoAnswer
 from ..servers import Servers
-from .report import PATIENCE_S
 from .model import Model, Pheromone, cosine_q14, fit_to_wire, round_half_away, sine_q14
+from .report import PATIENCE_S
 from ..wire import (
     BUSY,
     EVERYBODY,
