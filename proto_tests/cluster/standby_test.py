@@ -247,6 +247,8 @@ class Standby:
                                for air, sent in zip(self.airs, before)), "the standby sends")
 
     def kill_machine(self):
+        # On a busy machine, the other one may have taken over meanwhile.
+        await_that(self.settle, "one server sends, and the other one stands by")
         killed = self.owner
         member = "ab".index(killed)
         with self.handed_over():

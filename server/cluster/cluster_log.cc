@@ -105,6 +105,7 @@ std::string ClusterLog::Trouble() const {
 void ClusterLog::Lead() {
   const std::lock_guard lock(mutex_);
   leads_ = true;
+  trouble_.clear();
 }
 
 void ClusterLog::EndLead() {

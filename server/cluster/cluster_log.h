@@ -50,7 +50,7 @@ class ClusterLog final : public engine::OrderedLog {
   bool WhenDurable(uint64_t sequence, std::function<void()> done) override;
   std::string Trouble() const override;
 
-  /// Admits changes. Everything in the shared log has been followed.
+  /// Admits changes, whatever the trouble was. Everything in the shared log has been followed.
   void Lead();
   /// Admits no more; what is pending may still be committed. What is appended from here on is
   /// followed.
