@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Bash completes everything that pheromonectl has: its commands and options are read out of --help.
+"""Bash completes everything that the programs have: commands and options as --help lists them.
 
-    completion_test.py build/release/bin/pheromonectl
+    completion_test.py build/release/bin
 """
 
 import pathlib
@@ -11,18 +11,18 @@ import sys
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-SCRIPT = ROOT / "deploy" / "completion" / "pheromonectl"
-PHEROMONECTL = ""
+SCRIPT = ROOT / "deploy" / "completion" / "pheromone"
+BIN = pathlib.Path()
 
 # Sources the script and prints what it offers for the words given, the last of which is unfinished.
 DRIVER = """source "$1"; shift
-COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _pheromonectl
+COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _pheromone
 printf '%s\\n' "${COMPREPLY[@]}"
 """
 
 
-def offered(*words):
-    result = subprocess.run(["bash", "-c", DRIVER, "bash", str(SCRIPT), PHEROMONECTL, *words],
+def offered(*words, program="pheromonectl"):
+    result = subprocess.run(["bash", "-c", DRIVER, "bash", str(SCRIPT), BIN / program, *words],
                             text=True, capture_output=True, check=True,
                             env={"PATH": "/usr/bin:/bin", "PHEROMONE_SOCKET": "/nowhere"})
     assert result.stderr == "", result.stderr
@@ -30,7 +30,7 @@ def offered(*words):
 
 
 def help_of(*command):
-    return subprocess.run([PHEROMONECTL, *command, "--help"], text=True, capture_output=True,
+    return subprocess.run([BIN / command[0], *command[1:], "--help"], text=True, capture_output=True,
                           check=True).stdout
 
 
@@ -45,21 +45,23 @@ def options_of(*command):
 
 
 class CompletionTest(unittest.TestCase):
+    def walk(self, *command):
+        """How many options it has, and its commands."""
+        general = options_of(command[0]) - {"--help", "--version"}
+        options = options_of(*command)
+        self.assertEqual(offered(*command[1:], "--", program=command[0]), options | general, command)
+        below = commands_of(*command)
+        if below:
+            self.assertEqual(offered(*command[1:], "", program=command[0]), set(below))
+        return len(options) + sum(self.walk(*command, it) for it in below)
+
     def test_every_command_and_option_is_offered(self):
-        commands = commands_of()
-        self.assertGreater(len(commands), 14)
-        self.assertEqual(offered(""), set(commands))
-        self.assertLessEqual(options_of(), offered("--"))
-        seen = 0
-        for command in commands:
-            below = commands_of(command)
-            if below:
-                self.assertEqual(offered(command, ""), set(below))
-            for words in [(command, it) for it in below] or [(command,)]:
-                options = options_of(*words)
-                self.assertEqual(offered(*words, "--") - {"--socket", "--instance", "--json"}, options, words)
-                seen += len(options)
-        self.assertGreater(seen, 40)
+        self.assertGreater(self.walk("pheromone-swarm"), 40)
+        self.assertEqual(offered(""), set(commands_of("pheromonectl")))
+        for command in ("status",), ("net", "draw"), ("tags", "write"), ("export",):
+            self.assertGreater(self.walk("pheromonectl", *command), 1)
+        for program in ("pheromoned", "pheromone-robot", "pheromone-tracker"):
+            self.assertLessEqual(options_of(program), offered("--", program=program))
 
     def test_beginnings_are_completed(self):
         self.assertEqual(offered("st"), {"status"})
@@ -80,6 +82,8 @@ class CompletionTest(unittest.TestCase):
                          {str(ROOT / "deploy" / "examples" / "all-laws.toml")})
         self.assertEqual(offered("map", "draw", "--config", folder),
                          {str(ROOT / "deploy" / "examples" / "all-laws.toml")})
+        self.assertEqual(offered("cluster", "leave", "--new-epoch", folder),
+                         {str(ROOT / "deploy" / "examples" / "all-laws.toml")})
         nets = str(ROOT / "deploy" / "examples" / "nets")
         self.assertEqual(offered("net", "check", "--set", "robots=2", nets + "/mot"),
                          {nets + "/motion.toml"})
@@ -88,8 +92,14 @@ class CompletionTest(unittest.TestCase):
         self.assertEqual(offered("net", "export", "--format", ""), {"pnml", "promela", "4ti2"})
         self.assertEqual(offered("tags", "export", "--format", "r"), {"rdfxml"})
         self.assertEqual(offered("journal", "export", "--format", ""), {"csv", "jsonl"})
+        self.assertEqual(offered("path", "--client", "", program="pheromone-swarm"), {"core", "avr"})
+
+    def test_nothing_is_offered_for_a_number(self):
+        self.assertEqual(offered("deposit", "trail", "--quanta", ""), set())
+        self.assertEqual(offered("keys", "new", ""), set())
+        self.assertEqual(offered("watch", "--columns", ""), set())
 
 
 if __name__ == "__main__":
-    PHEROMONECTL = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    BIN = pathlib.Path(sys.argv.pop(1)).resolve()
     unittest.main()

@@ -196,22 +196,4 @@ uint64_t TiledMemory::Touch(const std::vector<uint32_t>& lines) const {
   return sum;
 }
 
-std::vector<const Wide*> AllWides() {
-  std::vector<const Wide*> wides = {&kPortableWide};
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    wides.push_back(&kAvx2Wide);
-    if (__builtin_cpu_supports("avx512f")) {
-      wides.push_back(&kAvx512Wide);
-    }
-  }
-#endif
-  return wides;
-}
-
-const Wide& BestWide() {
-  static const Wide& best = *AllWides().back();
-  return best;
-}
-
 }  // namespace pheromone::field::bench

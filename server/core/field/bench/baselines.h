@@ -132,8 +132,4 @@ class TiledMemory {
   std::unique_ptr<uint64_t[], Free> words_;
 };
 
-/// The best loops that this processor can run, and all of them.
-const Wide& BestWide();
-std::vector<const Wide*> AllWides();
-
 }  // namespace pheromone::field::bench

@@ -1,15 +1,12 @@
-// The inner loops of the baselines that use wide registers, once for each instruction set: the best
-// one of the processor at hand is chosen at run time (BestWide), as the field does it.
-//
-// This header and those that include it to implement the loops use nothing of the standard library:
-// an inline function of it, compiled for AVX-512 in one file, could be the copy that the linker
-// keeps for a processor that has none.
+// The inner loops of the baselines that use wide registers, compiled by Highway once for each
+// instruction set, as the field's own are.
 //
 // Thread-safe: the loops have no state.
 #pragma once
 
-#include <stddef.h>
-#include <stdint.h>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
 
 namespace pheromone::field::bench {
 
@@ -53,8 +50,8 @@ struct Wide {
   void (*stencil)(const float* from, float* to, int32_t side, float rate);
 };
 
-extern const Wide kPortableWide;
-extern const Wide kAvx2Wide;
-extern const Wide kAvx512Wide;
+/// Those that this processor can run, the best one last.
+std::vector<const Wide*> AllWides();
+const Wide& BestWide();
 
 }  // namespace pheromone::field::bench
