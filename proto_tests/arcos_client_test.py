@@ -23,14 +23,10 @@ import tempfile
 import time
 import tty
 
-DEADLINE_S = 60.0
+from checks import PATIENCE_S, check
+
 OPEN, CLOSE, ENABLE, SETV, SETO, MOVE, VEL, HEAD, DHEAD = 1, 2, 4, 6, 7, 8, 11, 12, 13
 CONFIG, ENCODER, RVEL, SONAR, STOP, VEL2, IOREQUEST = 18, 19, 21, 28, 29, 32, 40
-
-
-def check(holds, otherwise):
-    if not holds:
-        raise AssertionError(otherwise)
 
 
 def checksum(body):
@@ -98,7 +94,7 @@ class Client:
     def send(self, data):
         os.write(self.descriptor, data)
 
-    def receive(self, patience_s=DEADLINE_S):
+    def receive(self, patience_s=PATIENCE_S):
         """The body (id and data) of the next packet."""
         end = time.monotonic() + patience_s
         while True:
@@ -117,7 +113,7 @@ class Client:
 
     def receive_until(self, holds, what):
         """SIPs until one of which `holds` is true; a PULSE for each, and other packets skipped."""
-        end = time.monotonic() + DEADLINE_S
+        end = time.monotonic() + PATIENCE_S
         while True:
             body = self.receive()
             if body[0] in (0x32, 0x33):
@@ -233,7 +229,7 @@ class Robot:
 
     def stop(self, sent):
         self.process.send_signal(sent)
-        summary, _ = self.process.communicate(timeout=DEADLINE_S)
+        summary, _ = self.process.communicate(timeout=PATIENCE_S)
         check(self.process.returncode == 0, f"the robot ended with {self.process.returncode}")
         return summary
 
@@ -278,7 +274,7 @@ def over_tcp(bin_dir):
     try:
         port = int(re.search(r"127\.0\.0\.1:(\d+)", robot.greeting)[1])
         for _ in range(2):
-            with socket.create_connection(("127.0.0.1", port), DEADLINE_S) as connection:
+            with socket.create_connection(("127.0.0.1", port), PATIENCE_S) as connection:
                 client = Client(connection.fileno())
                 client.synchronise()  # at once: the connection's end has ended the session
                 client.open_session()
@@ -299,7 +295,7 @@ def in_a_room(bin_dir, *surroundings):
     robot = Robot(bin_dir, "--tcp", "0", "--start", "-0.6", "2", "0", "--battery", "12.1",
                   "--poses", "0.1", *surroundings)
     try:
-        with socket.create_connection(("127.0.0.1", port_of(robot)), DEADLINE_S) as connection:
+        with socket.create_connection(("127.0.0.1", port_of(robot)), PATIENCE_S) as connection:
             client = Client(connection.fileno())
             client.synchronise()
             client.send(command(OPEN) + command(ENABLE, 1))
@@ -348,7 +344,7 @@ def refuse(bin_dir):
         done = subprocess.run(
             [os.path.join(bin_dir, "pheromone-swarm"), "pioneer", "--model", "p3dx-sh", "--tcp", "0",
              *arguments], stdin=subprocess.DEVNULL, capture_output=True, text=True,
-            timeout=DEADLINE_S, check=False)
+            timeout=PATIENCE_S, check=False)
         check(done.returncode not in (0, 1), f"{arguments} ended with {done.returncode}")
         check(words in done.stderr + done.stdout, f"{arguments} were answered with {done.stderr}")
 
@@ -376,7 +372,7 @@ def drive_until_killed(connect):
             client.send(command(VEL, 300))
             client.receive_until(lambda sip: sip.moving, "the robot moves")
             os.write(tells, b"!")
-            time.sleep(DEADLINE_S)
+            time.sleep(PATIENCE_S)
         finally:
             os._exit(1)
     os.close(tells)
@@ -392,7 +388,7 @@ def killed_while_driving(bin_dir, folder, rounds):
     kept = []
 
     def open_tcp():
-        kept.append(socket.create_connection(("127.0.0.1", port_of(robot)), DEADLINE_S))
+        kept.append(socket.create_connection(("127.0.0.1", port_of(robot)), PATIENCE_S))
         return kept[-1].fileno()
 
     def open_pty():

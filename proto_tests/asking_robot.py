@@ -12,10 +12,10 @@ own, or AssertionError says what came instead. Nothing is asserted about how fas
 import select
 import time
 
+from checks import PATIENCE_S, check
 from stranger.wire import Decoder, encode
 from test_config import map_of, pheromone
 
-PATIENCE_S = 60  # of a busy machine; nothing waits this long when things are well
 ASK_AGAIN_S = 0.1  # while a link is coming back
 PING, ECHO = 0x72, 0xF2
 EXCHANGES = 20  # that each undisturbed robot makes while others are away
@@ -31,11 +31,6 @@ def waited_s():
             return int(file.read().split()[1]) / 1e9
     except OSError:
         return 0.0
-
-
-def check(holds, otherwise):
-    if not holds:
-        raise AssertionError(otherwise)
 
 
 class Robot:

@@ -27,8 +27,7 @@ import threading
 import tty
 
 from free_numbers import free_port
-from live_daemon import DEADLINE_S, check, wait_until
-from operated_daemon import OperatedDaemon
+from operated_daemon import PATIENCE_S, OperatedDaemon, await_that, check
 from test_config import link, map_of, pheromone, pty
 
 README = pathlib.Path(__file__).resolve().parents[1] / "client_fw/attach/README.md"
@@ -63,7 +62,7 @@ class Program:
     def stop_reading(self):
         """After the next line: the program's output leads nowhere then."""
         self.reads_no_more = True
-        self.reader.join(DEADLINE_S)
+        self.reader.join(PATIENCE_S)
         check(self.process.stdout.closed, f"no line comes:\n{self.text()}")
 
     def text(self):
@@ -80,15 +79,15 @@ class Program:
             return found
 
         try:
-            wait_until(there, f"\"{text}\" comes")
+            await_that(there, f"\"{text}\" comes")
         except AssertionError as error:
             raise AssertionError(f"{error}:\n{self.text()}") from None
         return found[0] + 1
 
     def end(self, sent):
         self.process.send_signal(sent)
-        status = self.process.wait(DEADLINE_S)
-        self.reader.join(DEADLINE_S)
+        status = self.process.wait(PATIENCE_S)
+        self.reader.join(PATIENCE_S)
         return status
 
     def kill(self):
@@ -121,12 +120,12 @@ class Pioneer(Program):
     def drives(self):
         """For a second, from now on."""
         since = len(self.poses())
-        wait_until(lambda: self._row(since, 20, lambda a, b: a != b), "the robot drives")
+        await_that(lambda: self._row(since, 20, lambda a, b: a != b), "the robot drives")
 
     def stands(self):
         """From now on; its time then."""
         since = len(self.poses())
-        wait_until(lambda: self._row(since, 4, lambda a, b: a == b), "the robot stands")
+        await_that(lambda: self._row(since, 4, lambda a, b: a == b), "the robot stands")
         return self._row(since, 4, lambda a, b: a == b)
 
     def now_s(self):
@@ -201,7 +200,7 @@ class World:
 
     def ctl(self, *command):
         subprocess.run([self.bin_dir / "pheromonectl", *command], cwd=self.folder, check=True,
-                       stdout=subprocess.DEVNULL, timeout=DEADLINE_S)
+                       stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
 
     def tcp_port(self):
         return next(line.split(":")[-1].strip('"\n') for line in
@@ -243,7 +242,7 @@ def check_left(pioneer):
 
 
 def await_no_session(pioneer):
-    wait_until(lambda: re.search("no session|no client", pioneer.states()[-1]),
+    await_that(lambda: re.search("no session|no client", pioneer.states()[-1]),
                "the session is closed")
 
 
@@ -253,7 +252,7 @@ def follows_a_path_over_tcp_and_goes_on_after_every_cut(bin_dir, folder):
         cable = Cable(pioneer.tcp_port())
         address = f"127.0.0.1:{cable.port}"
         robot = world.robot(address, f"127.0.0.1:{world.tcp_port()}", "--status", "1")
-        wait_until(lambda: pioneer.poses() and pioneer.poses()[-1][1] > START[0] + 4,
+        await_that(lambda: pioneer.poses() and pioneer.poses()[-1][1] > START[0] + 4,
                    "it has driven 4 m")
         mean_mm = pioneer.mean_distance_mm(5)
         print(f"mean distance from the path after 5 s: {mean_mm:.0f} mm")
@@ -306,10 +305,10 @@ def drives_over_terminals_and_takes_up_the_session_of_one_that_was_killed(bin_di
         robot = world.robot(pty, "radio-a.pty", "--status", "0.5")
         told = robot.await_line("drives")
         robot.await_line(", wheels 300 ", told)  # the left one at full speed; the path decides on the other
-        wait_until(lambda: "session 2, motors on" in pioneer.text(), "there is a second session")
+        await_that(lambda: "session 2, motors on" in pioneer.text(), "there is a second session")
         robot.stop_reading()  # whoever reads the lines goes: nothing happens
         robot.process.send_signal(signal.SIGHUP)
-        status = robot.process.wait(DEADLINE_S)
+        status = robot.process.wait(PATIENCE_S)
         check(status == 0, f"ended with {status}")
         await_no_session(pioneer)
 
@@ -390,7 +389,7 @@ def does_what_the_readme_says(bin_dir, folder):
         """How far robot 1 has come from (5, 3); -1 if the server has not heard of it."""
         clients = json.loads(subprocess.run(
             [bin_dir / "pheromonectl", "clients", "--json"], cwd=folder, check=True,
-            capture_output=True, timeout=DEADLINE_S).stdout)["clients"]
+            capture_output=True, timeout=PATIENCE_S).stdout)["clients"]
         poses = [client["pose"] for client in clients if client["id"] == 1 and client.get("pose")]
         return math.hypot(poses[0]["x_m"] - 5, poses[0]["y_m"] - 3) if poses else -1
 
@@ -400,11 +399,11 @@ def does_what_the_readme_says(bin_dir, folder):
     try:
         shell = run(blocks[0])
         shell.await_line("stands: halted")
-        wait_until(lambda: gone_m() >= 0, "the server has heard of the robot")
+        await_that(lambda: gone_m() >= 0, "the server has heard of the robot")
         check(gone_m() < 0.01, "the robot moves before it is told to")
         resume = run(blocks[1])
-        check(resume.process.wait(DEADLINE_S) == 0, f"README.md: {blocks[1]} failed")
-        wait_until(lambda: gone_m() > 0.5, "the robot has driven half a metre")
+        check(resume.process.wait(PATIENCE_S) == 0, f"README.md: {blocks[1]} failed")
+        await_that(lambda: gone_m() > 0.5, "the robot has driven half a metre")
         robot = child_of(shell.process.pid, "pheromone-robot")
         os.kill(robot, signal.SIGTERM)
         shell.await_line("the robot stands")
@@ -439,14 +438,14 @@ def says_what_is_wrong_with_the_command_line(bin_dir, folder):
         for name, text in {**good, option: value}.items():
             words += [name, *(text.split() if name != "--robot" else [text])]
         run = subprocess.run([bin_dir / "pheromone-robot", *words], capture_output=True, text=True,
-                             cwd=folder, timeout=DEADLINE_S, check=False)
+                             cwd=folder, timeout=PATIENCE_S, check=False)
         check(run.returncode == 2 and told in run.stderr,
               f"{words}: ended with {run.returncode}: {run.stdout}{run.stderr}")
     for missing in good:
         words = [word for name, text in good.items() if name != missing
                  for word in (name, *text.split())]
         run = subprocess.run([bin_dir / "pheromone-robot", *words], capture_output=True, text=True,
-                             timeout=DEADLINE_S, check=False)
+                             timeout=PATIENCE_S, check=False)
         check(run.returncode == 2 and f"{missing} is required" in run.stderr, run.stderr)
 
 

@@ -23,8 +23,7 @@ sys.path[:0] = [str(ROOT / "proto_tests"), str(ROOT / "deploy/python")]
 from attach_test import CONFIG, PATH_Y, START, Pioneer, Program  # noqa: E402
 from attacked_air import TO_ROBOTS, TO_SERVER  # noqa: E402
 from free_numbers import free_port  # noqa: E402
-from live_daemon import wait_until  # noqa: E402
-from operated_daemon import OperatedDaemon, write_config  # noqa: E402
+from operated_daemon import OperatedDaemon, await_that, write_config  # noqa: E402
 from pheromone import Server, wire  # noqa: E402
 from test_config import link  # noqa: E402
 
@@ -124,11 +123,11 @@ class AttackedRobotTest(unittest.TestCase):
         def found():
             mine = [it for it in self.server.clients() if it["id"] == ID and it["link"] == "signed"]
             return mine and mine[0]["known"] and mine[0]["nonce"] == nonce and mine[0]["requests"] > 3
-        wait_until(found, f"the daemon hears the robot, nonce {nonce}")
+        await_that(found, f"the daemon hears the robot, nonce {nonce}")
 
     def stands_under_attack(self):
         poses, sent, resumes = len(self.pioneer.poses()), self.attacker.sent, self.attacker.resumes
-        wait_until(lambda: self.attacker.sent >= sent + FRAMES, "the attacker has sent its frames")
+        await_that(lambda: self.attacker.sent >= sent + FRAMES, "the attacker has sent its frames")
         self.assertGreater(self.attacker.resumes, resumes)
         places = {it[1:] for it in self.pioneer.poses()[poses:]}
         self.assertEqual(len(places), 1, places)
@@ -136,7 +135,7 @@ class AttackedRobotTest(unittest.TestCase):
     def resume(self):
         from_x = self.pioneer.poses()[-1][1]
         self.server.command("signed", ID, "resume")
-        wait_until(lambda: self.pioneer.poses()[-1][1] > from_x + 0.3, "it has driven")
+        await_that(lambda: self.pioneer.poses()[-1][1] > from_x + 0.3, "it has driven")
 
     def halt(self):
         told = len(self.robot.lines)

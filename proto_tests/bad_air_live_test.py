@@ -14,7 +14,8 @@ import pathlib
 import sys
 import tempfile
 
-from asking_robot import CONFIG, check
+from asking_robot import CONFIG
+from checks import check
 from operated_daemon import OperatedDaemon
 from swarm_live_test import Swarm, end_processes
 from swarm_rounds_test import LINK, SCENARIO, channel

@@ -10,7 +10,7 @@ All of the data has to belong to the message.
 import re
 import struct
 
-from mcap_reader import check
+from checks import check
 
 SIZES = {"bool": "?", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
          "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d"}

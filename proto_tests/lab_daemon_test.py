@@ -17,7 +17,7 @@ import sys
 import tempfile
 import unittest
 
-from live_daemon import DEADLINE_S, Daemon, wait_until
+from operated_daemon import PATIENCE_S, OperatedDaemon, await_that, write_config
 
 SCENARIO = pathlib.Path(__file__).resolve().parent.parent / "client_fw/lab/examples/live.toml"
 BIN = pathlib.Path()
@@ -46,11 +46,8 @@ class LabDaemonTest(unittest.TestCase):
                          "127.0.0.1:5001-5002", *settings)
         text, replaced = re.subn(r'listen = "127\.0\.0\.1:\d+"', 'listen = "127.0.0.1:0"', text)
         self.assertEqual(replaced, 3)
-        (self.folder / "server.toml").write_text(text, encoding="utf-8")
-        daemon = Daemon(BIN, self.folder, [], ("--config", "server.toml"))
-        self.addCleanup(daemon.stop)
-        log = self.folder / "pheromoned.log"
-        wait_until(lambda: "ready: " in log.read_text(encoding="utf-8"), "the daemon has opened its links")
+        write_config(self.folder, text)
+        self.addCleanup(OperatedDaemon(BIN, self.folder).stop)
         links = json.loads(self.call("pheromonectl", "links", "--json"))["links"]
         self.assertEqual([link["name"] for link in links], ["lab-1", "lab-2"])
         return ",".join(link["address"] for link in links)
@@ -82,7 +79,7 @@ class LabDaemonTest(unittest.TestCase):
                  "tracks.csv", "--every", "0.02"],
                 cwd=self.folder, text=True, stdout=subprocess.PIPE) as run:
             try:
-                wait_until(lambda: len(self.poses()) == ROBOTS, "the daemon knows all robots")
+                await_that(lambda: len(self.poses()) == ROBOTS, "the daemon knows all robots")
                 first = self.poses()
                 self.assertEqual(set(first), {(f"lab-{1 + i // ON_A_LINK}", 1 + i % ON_A_LINK)
                                               for i in range(ROBOTS)})
@@ -91,11 +88,11 @@ class LabDaemonTest(unittest.TestCase):
                     moved.update(robot for robot, at in self.poses().items()
                                  if math.dist(at, first[robot]) > 0.1)
                     return len(moved) == ROBOTS
-                wait_until(all_moved, "all robots have moved")
+                await_that(all_moved, "all robots have moved")
                 self.call("pheromonectl", "command", "lab-2", "7", "halt")   # and its ACK
             finally:
                 run.send_signal(signal.SIGINT)
-            output, _ = run.communicate(timeout=DEADLINE_S)
+            output, _ = run.communicate(timeout=PATIENCE_S)
         self.assertEqual(run.returncode, 0)
         measures = dict(line.split() for line in output.splitlines())
         self.assertEqual(int(measures["robots"]), ROBOTS)
@@ -118,16 +115,16 @@ class LabDaemonTest(unittest.TestCase):
                 [BIN / "pheromone-swarm", "lab", "run", SCENARIO, "--daemon", addresses, *keys],
                 cwd=self.folder, text=True, stdout=subprocess.PIPE) as run:
             try:
-                wait_until(lambda: len(self.poses()) == ROBOTS, "the daemon knows all robots")
+                await_that(lambda: len(self.poses()) == ROBOTS, "the daemon knows all robots")
                 self.call("pheromonectl", "command", "lab-2", "7", "halt")   # and its ACK
                 # To all, with the groups' keys; 1 if some of them were not seen to stand in time.
                 halt = subprocess.run([BIN / "pheromonectl", "halt"], cwd=self.folder, text=True,
                                       capture_output=True, timeout=120, check=False)
                 self.assertIn(halt.returncode, (0, 1), halt.stderr)
-                wait_until(lambda: self.halted() == ROBOTS, "all robots halt")
+                await_that(lambda: self.halted() == ROBOTS, "all robots halt")
             finally:
                 run.send_signal(signal.SIGINT)
-            output, _ = run.communicate(timeout=DEADLINE_S)
+            output, _ = run.communicate(timeout=PATIENCE_S)
         self.assertEqual(run.returncode, 0)
         measures = dict(line.split() for line in output.splitlines())
         self.assertGreater(float(measures["answers_per_s"]), 0)

@@ -32,8 +32,8 @@ import time
 import tty
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from asking_robot import (CONFIG, EXCHANGES, PATIENCE_S, PING, Robot, check,  # noqa: E402
-                          come_and_go, everyone_answered, serve)
+from asking_robot import CONFIG, EXCHANGES, PING, Robot, come_and_go, everyone_answered, serve  # noqa: E402
+from checks import PATIENCE_S, check  # noqa: E402
 from operated_daemon import OperatedDaemon  # noqa: E402
 from stranger.wire import encode  # noqa: E402
 

@@ -9,6 +9,7 @@ Usage: live_test.py BIN_DIR [SECONDS]      SECONDS: drive on for so long afterwa
 """
 
 import os
+import pathlib
 import re
 import signal
 import subprocess
@@ -17,7 +18,7 @@ import tempfile
 import time
 import xml.dom.minidom
 
-from live_daemon import DEADLINE_S, Daemon, check, wait_until
+from operated_daemon import PATIENCE_S, OperatedDaemon, check, default_config, write_config
 
 
 class Robot:
@@ -31,7 +32,7 @@ class Robot:
 
     def read_until(self, holds, what):
         """Reads the robot's lines, one a second, until `holds(line)`."""
-        end = time.monotonic() + DEADLINE_S
+        end = time.monotonic() + PATIENCE_S
         for line in self.process.stdout:
             self.lines.append(line)
             if holds(line):
@@ -41,7 +42,7 @@ class Robot:
 
     def stop(self):
         self.process.send_signal(signal.SIGINT)
-        rest, _ = self.process.communicate(timeout=DEADLINE_S)
+        rest, _ = self.process.communicate(timeout=PATIENCE_S)
         self.lines.append(rest)
         check(self.process.returncode == 0, f"the robot ended with {self.process.returncode}")
         return "".join(self.lines)
@@ -83,7 +84,8 @@ def check_on_the_path(rows):
 
 def run(bin_dir, folder, seconds):
     modem = os.path.join(folder, "radio-a.pty")
-    daemon = Daemon(bin_dir, folder, [modem])
+    write_config(folder, default_config(bin_dir))
+    daemon = OperatedDaemon(bin_dir, folder)
     robot = Robot(bin_dir, modem, folder)
     try:
         robot.read_until(drives, "the robot drives")
@@ -95,7 +97,7 @@ def run(bin_dir, folder, seconds):
 
         daemon.stop()
         robot.read_until(stands, "the robot stands without a daemon")
-        daemon = Daemon(bin_dir, folder, [modem])
+        daemon = OperatedDaemon(bin_dir, folder)
         robot.read_until(drives, "the robot drives with another daemon")
         for _ in range(seconds):
             robot.read_until(drives, "the robot drives on")
@@ -124,5 +126,5 @@ def run(bin_dir, folder, seconds):
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as temporary:
-        run(os.path.abspath(sys.argv[1]), temporary, int((sys.argv + ["5"])[2]))
+        run(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(temporary), int((sys.argv + ["5"])[2]))
     print("ok")

@@ -9,14 +9,11 @@ import binascii
 import struct
 from collections import Counter, namedtuple
 
+from checks import check
+
 MAGIC = b"\x89MCAP0\r\n"
 Message = namedtuple("Message", "topic time_ns data")
 File = namedtuple("File", "messages schemas encodings chunks profile")
-
-
-def check(holds, otherwise):
-    if not holds:
-        raise AssertionError(otherwise)
 
 
 class Fields:

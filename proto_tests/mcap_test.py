@@ -15,7 +15,7 @@ import sys
 import tempfile
 from collections import Counter
 
-from asking_robot import check
+from checks import check
 from cdr_reader import read_cdr
 from mcap_reader import read_mcap
 from operated_daemon import ROOM, OperatedDaemon

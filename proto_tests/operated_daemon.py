@@ -1,8 +1,9 @@
 """pheromoned as an operator has it: with a Unix socket and, if it is configured, a web port.
 
-    daemon = OperatedDaemon(bin_dir, folder, LD_PRELOAD=...)     # with folder/test.toml
-    status, text = daemon.call("POST", "/api/v1/halt", {})
-    daemon.stop()
+    write_config(folder, default_config(bin_dir))
+    with OperatedDaemon(bin_dir, folder, LD_PRELOAD=...) as daemon:
+        status, text = daemon.call("POST", "/api/v1/halt", {})
+        daemon.stop()
 
 A class of tests has one with a token, in setUpClass: serve_class(cls, bin_dir, config).
 """
@@ -15,9 +16,8 @@ import signal
 import socket
 import subprocess
 import tempfile
-import time
 
-from asking_robot import check
+from checks import PATIENCE_S, await_that, check
 from test_config import map_of, pheromone, pty, table
 
 # A configuration, to which more may be added: a small map with a wall, a pheromone that stays, a tag and
@@ -28,16 +28,6 @@ ROOM = (map_of(4.0, 3.0, bias_m=0.2)
         + pty("radio-a"))
 # Of a web port, with token_file = "token".
 TOKEN = "0123456789abcdef0123456789abcdef"
-PATIENCE_S = 120  # of a busy machine; nothing waits this long when things are well
-
-
-def await_that(condition, what, patience_s=PATIENCE_S):
-    """`what` is expected: a text, or what returns it once it is clear that it does not come."""
-    end = time.monotonic() + patience_s
-    while not condition():
-        if time.monotonic() >= end:
-            raise AssertionError(f"not within {patience_s} s: {what() if callable(what) else what}")
-        time.sleep(0.01)
 
 
 def exchange(connection, method, target, body=None):
@@ -61,6 +51,14 @@ def write_config(folder, config):
     (folder / "token").chmod(0o600)
 
 
+def default_config(bin_dir):
+    """With any free port: other tests have servers, too, and one that does not get its port ends."""
+    text = subprocess.run([bin_dir / "pheromoned", "--default-config"], check=True,
+                          capture_output=True, text=True).stdout
+    check('"127.0.0.1:8377"' in text, "the default configuration has another port")
+    return text.replace('"127.0.0.1:8377"', '"127.0.0.1:0"')
+
+
 def serve_class(test_class, bin_dir, config, prepare=lambda folder: None):
     """Gives a class of tests `folder` and `daemon`, which end with it. `prepare` adds files."""
     folder = tempfile.TemporaryDirectory()
@@ -73,9 +71,10 @@ def serve_class(test_class, bin_dir, config, prepare=lambda folder: None):
 
 
 class OperatedDaemon:
-    """Starts when it is made. `environment` comes beside that of this process."""
+    """Starts when it is made, with folder/test.toml. `before`: a command that starts it. `environment`
+    comes beside that of this process."""
 
-    def __init__(self, bin_dir, folder, patience_s=PATIENCE_S, **environment):
+    def __init__(self, bin_dir, folder, patience_s=PATIENCE_S, before=(), **environment):
         self.folder = folder
         self.log_file = folder / "pheromoned.log"
         program = bin_dir / "pheromoned"
@@ -86,13 +85,20 @@ class OperatedDaemon:
         environment.pop("JOURNAL_STREAM", None)
         self.patience_s = patience_s
         with open(self.log_file, "wb") as log:
-            self.process = subprocess.Popen([program, "--config", "test.toml"], cwd=folder,
+            self.process = subprocess.Popen([*before, program, "--config", "test.toml"], cwd=folder,
                                             env=environment, stdout=log, stderr=log)
         try:
             await_that(self.ready, "the daemon starts", patience_s)
         except BaseException:
             self.kill()
             raise
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.kill()
 
     def ready(self):
         check(self.process.poll() is None, f"the daemon ended:\n{self.log()}")
@@ -134,3 +140,5 @@ class OperatedDaemon:
         self.process.send_signal(signal.SIGTERM)
         status = self.process.wait(PATIENCE_S)
         check(status == 0, f"the daemon ended with {status}:\n{self.log()}")
+        left = [it.name for it in self.folder.iterdir() if it.suffix == ".pty" or it.name == "pheromoned.sock"]
+        check(not left, f"the daemon left behind: {left}")

@@ -14,10 +14,10 @@ import subprocess
 import sys
 import tempfile
 
-from live_daemon import Daemon, check
+from operated_daemon import OperatedDaemon, check, default_config, write_config
+from test_config import table
 
 CORPUS = pathlib.Path(__file__).resolve().parent / "replay"
-DEFAULT_TOML = CORPUS.parents[1] / "server/config/default.toml"
 
 
 def pheromonectl(bin_dir, *arguments):
@@ -29,14 +29,14 @@ def pheromonectl(bin_dir, *arguments):
 
 
 def run(bin_dir, other_bin_dir, folder):
-    config, port, journal = folder / "test.toml", folder / "radio-a.pty", folder / "journal"
-    default = DEFAULT_TOML.read_text(encoding="utf-8")
-    check("\ntau_s = 30.0 " in default, f"{DEFAULT_TOML} has another tau")
-    config.write_text(default.replace("\ntau_s = 30.0 ", "\ntau_s = 0.05 ")
-                      + "[journal]\nfolder = \"journal\"\n", encoding="utf-8")
+    port, journal = folder / "radio-a.pty", folder / "journal"
+    default = default_config(bin_dir)
+    check("\ntau_s = 30.0 " in default, "the default configuration has another tau")
+    write_config(folder, default.replace("\ntau_s = 30.0 ", "\ntau_s = 0.05 ")
+                 + table("journal", folder="journal"))
     before = None
     for _ in range(2):  # the second goes on from what the first has left
-        daemon = Daemon(bin_dir, folder, [port], ["--config", config])
+        daemon = OperatedDaemon(bin_dir, folder)
         for capture in sorted(CORPUS.glob("*.pcapng")):
             if capture.stem != "damaged":
                 pheromonectl(bin_dir, "replay", "--to", port, "--speed", "10", capture)

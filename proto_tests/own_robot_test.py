@@ -17,8 +17,7 @@ import threading
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from live_daemon import default_config  # noqa: E402
-from operated_daemon import OperatedDaemon, write_config  # noqa: E402
+from operated_daemon import OperatedDaemon, default_config, write_config  # noqa: E402
 from test_config import link  # noqa: E402
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve()

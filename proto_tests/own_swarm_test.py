@@ -13,8 +13,7 @@ import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(SOURCE / "proto_tests"))
-from live_daemon import default_config  # noqa: E402
-from operated_daemon import OperatedDaemon, write_config  # noqa: E402
+from operated_daemon import OperatedDaemon, default_config, write_config  # noqa: E402
 
 BIN = pathlib.Path()
 PATIENCE_S = 120

@@ -14,7 +14,6 @@ import os
 import pathlib
 import random
 import re
-import resource
 import shutil
 import signal
 import socket
@@ -29,13 +28,13 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "proto_tests"))
 from free_numbers import free_port  # noqa: E402
+from operated_daemon import PATIENCE_S, OperatedDaemon, await_that, write_config  # noqa: E402
 from stranger import wire  # noqa: E402
 from stranger.client import Client, Line, NoAnswer, open_terminal  # noqa: E402
 from test_config import link, map_of, pheromone, pty, table  # noqa: E402
 
 BIN = pathlib.Path()
 SECONDS = 10.0
-PATIENCE_S = 60  # of a busy machine; nothing waits this long when things are well
 STEPS = 150  # of evaporation, while it goes on
 ROBOTS = 4
 PTYS = ["radio-a", "radio-b"]
@@ -57,43 +56,6 @@ def run(*command, **kwargs):
 
 def replay(*files):
     return run(BIN / "pheromonectl", "replay", *files)
-
-
-class Daemon:
-    """pheromoned in a folder, with its output in FOLDER/log."""
-
-    def __init__(self, folder, ports, **kwargs):
-        self.folder = folder
-        self.ports = ports
-        (folder / "log").touch()
-        self._begin = (folder / "log").stat().st_size
-        with open(folder / "log", "ab") as log:
-            self.process = subprocess.Popen([BIN / "pheromoned", "--config", "lab.toml"],
-                                            cwd=folder, stdout=log, stderr=log, **kwargs)
-        self.await_log("ready: 4 of 4 links up")
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.process.poll() is None:
-            self.process.kill()
-            self.process.wait()
-
-    def log(self):
-        return (self.folder / "log").read_bytes()[self._begin:].decode()
-
-    def await_log(self, text):
-        deadline = time.monotonic() + PATIENCE_S
-        while text not in self.log():
-            if time.monotonic() > deadline or self.process.poll() is not None:
-                raise AssertionError(f"waited for {text!r} in\n{self.log()}")
-            time.sleep(0.01)
-
-    def stop(self):
-        self.process.send_signal(signal.SIGTERM)
-        if self.process.wait(PATIENCE_S) != 0:
-            raise AssertionError(f"pheromoned failed:\n{self.log()}")
 
 
 class Robots(threading.Thread):
@@ -165,9 +127,9 @@ def ctl(daemon, *command):
     return result.stdout
 
 
-def operate(daemon):
+def operate(daemon, port):
     """A command that is never acknowledged, and an operator's deposits."""
-    with socket.create_connection(("127.0.0.1", daemon.ports[0])) as deaf:
+    with socket.create_connection(("127.0.0.1", port)) as deaf:
         client = Client(Line(os.dup(deaf.fileno())), 99)
         client.hello(1)
         ctl(daemon, "command", TCPS[0], "99", "halt", "--no-wait")
@@ -186,15 +148,15 @@ class ReplayTest(unittest.TestCase):
         cls.tau_s = SECONDS / STEPS
         cls.logs = []
         for run_number in range(2):
-            (cls.folder / "lab.toml").write_text(config(cls.tau_s, cls.ports))
-            with Daemon(cls.folder, cls.ports) as daemon:
+            write_config(cls.folder, config(cls.tau_s, cls.ports))
+            with OperatedDaemon(BIN, cls.folder) as daemon:
                 robots = list(all_robots(cls.folder, cls.ports, 100 * run_number))
                 time.sleep(SECONDS / 4)
                 if run_number == 0:
-                    (cls.folder / "lab.toml").write_text(config(1.5 * cls.tau_s, cls.ports))
+                    write_config(cls.folder, config(1.5 * cls.tau_s, cls.ports))
                     daemon.process.send_signal(signal.SIGHUP)
-                    daemon.await_log("configuration reread")
-                    operate(daemon)
+                    await_that(lambda: "configuration reread" in daemon.log(), "it is reread")
+                    operate(daemon, cls.ports[0])
                 time.sleep(SECONDS / 4)
                 for it in robots:
                     it.stop()
@@ -264,10 +226,10 @@ class ReplayTest(unittest.TestCase):
         folder = self.folder / "again"
         folder.mkdir()
         ports = [free_port(), free_port()]
-        (folder / "lab.toml").write_text(config(self.tau_s, ports))
+        write_config(folder, config(self.tau_s, ports))
         read = {name: size for name, size in re.findall(
             r"link (\S+): \d+ frames in (\d+) bytes received", self.logs[1])}
-        with Daemon(folder, ports) as daemon:
+        with OperatedDaemon(BIN, folder) as daemon:
             for name, to in ((PTYS[0], folder / "radio-a.pty"), (TCPS[0], f"127.0.0.1:{ports[0]}")):
                 result = run(BIN / "pheromonectl", "replay", self.files[1], "--to", to, "--link",
                              name, "--speed", 1000)
@@ -287,8 +249,7 @@ class CommandedTest(unittest.TestCase):
         self.addCleanup(self.temporary.cleanup)
         self.folder = pathlib.Path(self.temporary.name)
         self.ports = [free_port(), free_port()]
-        (self.folder / "lab.toml").write_text(
-            config(1, self.ports).replace("start = true", "start = false"))
+        write_config(self.folder, config(1, self.ports).replace("start = true", "start = false"))
 
     def await_traffic(self, daemon, requests):
         """Until the server has handled so many more requests."""
@@ -301,7 +262,7 @@ class CommandedTest(unittest.TestCase):
             self.assertLess(time.monotonic(), deadline)
 
     def test_what_is_recorded_between_start_and_stop_in_the_middle_of_traffic_is_replayed(self):
-        with Daemon(self.folder, self.ports) as daemon:
+        with OperatedDaemon(BIN, self.folder) as daemon:
             robots = list(all_robots(self.folder, self.ports, 700))
             files = []
             for _ in range(3):
@@ -321,11 +282,9 @@ class CommandedTest(unittest.TestCase):
             self.assertEqual(sorted((self.folder / "captures").iterdir()), files)
 
     def test_a_recording_that_a_full_disk_ends_is_seen_and_another_may_begin(self):
-        def limit_files():  # to a process, that is what a full disk is
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, resource.RLIM_INFINITY))
-
-        with Daemon(self.folder, self.ports, preexec_fn=limit_files) as daemon:
+        # To a process, that is what a full disk is: files of 100 kB, 512 bytes a block.
+        limit_files = ("sh", "-c", "trap '' XFSZ; ulimit -f 200; exec \"$@\"", "sh")
+        with OperatedDaemon(BIN, self.folder, before=limit_files) as daemon:
             ctl(daemon, "capture", "start")
             line = open_terminal(self.folder / "radio-a.pty")
             client = Client(line, 7, timeout=5)
@@ -355,8 +314,8 @@ class RotationTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             ports = [free_port(), free_port()]
-            (folder / "lab.toml").write_text(config(1, ports, max_mb=1))
-            with Daemon(folder, ports) as daemon:
+            write_config(folder, config(1, ports, max_mb=1))
+            with OperatedDaemon(BIN, folder) as daemon:
                 line = open_terminal(folder / "radio-a.pty")
                 client = Client(line, 7, timeout=5)
                 client.hello(1)

@@ -24,8 +24,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent / "client_fw" / "ros2" / "testing"))
 
 from free_numbers import free_domain, free_port  # noqa: E402
-from live_daemon import DEADLINE_S, check, default_config, wait_until  # noqa: E402
-from operated_daemon import OperatedDaemon  # noqa: E402
+from operated_daemon import PATIENCE_S, OperatedDaemon, await_that, check, default_config  # noqa: E402
 from peer import Base, Bases, Peer  # noqa: E402
 from test_config import link  # noqa: E402
 
@@ -82,7 +81,7 @@ class Bridge:
 
     def stop(self):
         self.process.send_signal(signal.SIGTERM)
-        status = self.process.wait(DEADLINE_S)
+        status = self.process.wait(PATIENCE_S)
         check(status == 0, f"pheromone-ros2 ended with {status}:\n{self.file.read_text()}")
 
 
@@ -120,7 +119,7 @@ def run(bin_dir, tests_dir, folder, count, seconds):
                         "--speed", "150", "--allow", "enable", "--allow", "halt",
                         *(word for i, (name, start) in enumerate(zip(names, starts))
                           for word in ("--robot", f"{name}:{i + 1}:" + ",".join(map(str, start)))))
-        wait_until(lambda: bridge.log() and all(peer.count(topic) > 3 for topic in sensed.values()),
+        await_that(lambda: bridge.log() and all(peer.count(topic) > 3 for topic in sensed.values()),
                    "all robots are answered")
         for name in names:
             values = peer.last(sensed[name])["data"]
@@ -134,7 +133,7 @@ def run(bin_dir, tests_dir, folder, count, seconds):
             status, text = daemon.call("POST", "/api/v1/command",
                                        {"link": "udp", "id": i + 1, "command": "resume"})
             check(status == 200, text)
-        wait_until(lambda: all(robot.way_m > 0.1 for robot in robots), "all robots drive")
+        await_that(lambda: all(robot.way_m > 0.1 for robot in robots), "all robots drive")
         own = subprocess.Popen(
             [bin_dir / "pheromone-swarm", "live", "--modem", "radio-a.pty", "--config",
              "test.toml", "--id", "200", "--speed", "150", "--seconds", str(seconds), "--out", "own"],
@@ -151,7 +150,7 @@ def run(bin_dir, tests_dir, folder, count, seconds):
             check(max(off) < 0.35, f"{robot.name} was {max(off)} m from the path")
         # The same firmware without ROS, in a simulated Pioneer on the same circuit at the same time. It
         # starts 0.2 m beside it: the ratio is for runs of minutes.
-        said = own.communicate(timeout=DEADLINE_S)[0]
+        said = own.communicate(timeout=PATIENCE_S)[0]
         own_m = float(re.search(r"([\d.]+) mm after the first 5 s", said)[1]) / 1000
         off = [distance_m(place, path) for robot, begin in zip(robots, settled)
                for place in robot.track[begin::30]]
@@ -161,30 +160,30 @@ def run(bin_dir, tests_dir, folder, count, seconds):
         # Odometry that is cut.
         robots[0].odometry_on = False
         cut_s = time.monotonic()
-        wait_until(lambda: is_told_to_stand(robots[0]), "the robot stands")
+        await_that(lambda: is_told_to_stand(robots[0]), "the robot stands")
         print(f"odometry cut: zero speed after {time.monotonic() - cut_s:.2f} s")
-        wait_until(lambda: "odometry has stopped" in bridge.state("tb1"), "it is told")
+        await_that(lambda: "odometry has stopped" in bridge.state("tb1"), "it is told")
         other_m = robots[1].way_m
-        wait_until(lambda: robots[1].way_m > other_m + 0.1, "the others drive on")
+        await_that(lambda: robots[1].way_m > other_m + 0.1, "the others drive on")
         check(is_told_to_stand(robots[0]), "a robot without odometry drives")
         robots[0].odometry_on = True
-        wait_until(lambda: robots[0].v > 0, "the robot drives on")
+        await_that(lambda: robots[0].v > 0, "the robot drives on")
 
         # The server is killed, and comes back.
         daemon.kill()
-        wait_until(lambda: all(is_told_to_stand(robot) for robot in robots), "all stand")
+        await_that(lambda: all(is_told_to_stand(robot) for robot in robots), "all stand")
         daemon = OperatedDaemon(bin_dir, folder)
-        wait_until(lambda: all(robot.v > 0 for robot in robots), "all drive on")
+        await_that(lambda: all(robot.v > 0 for robot in robots), "all drive on")
 
         # All halt, and then nothing is published any more.
         peer.write("rt/pheromone/halt", {})
-        wait_until(lambda: all(is_told_to_stand(robot) for robot in robots), "all halt")
-        wait_until(lambda: all("halted" in bridge.state(name) for name in names), "it is told")
+        await_that(lambda: all(is_told_to_stand(robot) for robot in robots), "all halt")
+        await_that(lambda: all("halted" in bridge.state(name) for name in names), "it is told")
         answers = peer.count(sensed["tb1"])
-        wait_until(lambda: peer.count(sensed["tb1"]) > answers + 8, "they still sense")
+        await_that(lambda: peer.count(sensed["tb1"]) > answers + 8, "they still sense")
         told = [peer.count(robot.cmd) for robot in robots]
         answers = peer.count(sensed["tb1"])
-        wait_until(lambda: peer.count(sensed["tb1"]) > answers + 5, "they still sense")
+        await_that(lambda: peer.count(sensed["tb1"]) > answers + 5, "they still sense")
         check(told == [peer.count(robot.cmd) for robot in robots], "speeds after a halt")
         # The server knows it, and its resume makes them drive again.
         states = {it["id"]: it["state"]["is"] for it in
@@ -194,9 +193,9 @@ def run(bin_dir, tests_dir, folder, count, seconds):
         check(all(states.get(i + 1) in ("halted", "standing") for i in range(count)),
               "the server does not know of the halt")
         daemon.call("POST", "/api/v1/command", {"link": "udp", "id": 2, "command": "resume"})
-        wait_until(lambda: robots[1].v > 0, "a robot drives again")
+        await_that(lambda: robots[1].v > 0, "a robot drives again")
         bridge.stop()
-        wait_until(lambda: is_told_to_stand(robots[1]), "it is stopped at the end")
+        await_that(lambda: is_told_to_stand(robots[1]), "it is stopped at the end")
     except BaseException:
         if bridge is not None:
             print(bridge.file.read_text())

@@ -24,8 +24,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent / "client_fw" / "ros2" / "testing"))
 
 from free_numbers import free_domain, free_port  # noqa: E402
-from live_daemon import wait_until  # noqa: E402
-from operated_daemon import OperatedDaemon, write_config  # noqa: E402
+from operated_daemon import OperatedDaemon, await_that, write_config  # noqa: E402
 from peer import TYPES, Base, Bases, Peer, dds_type  # noqa: E402
 from ros2_live_test import Bridge  # noqa: E402
 from test_config import link, map_of, pheromone, table  # noqa: E402
@@ -86,7 +85,7 @@ class MapTest(unittest.TestCase):
                             *(word for it in ("halt", "goal", "deposit", "paint")
                               for word in ("--allow", it)))
         cls.addClassCleanup(lambda: (cls.bridge.process.kill(), cls.bridge.process.wait()))
-        wait_until(lambda: cls.bridge.log() and cls.peer.last(MAP) and cls.peer.last(WALLS)
+        await_that(lambda: cls.bridge.log() and cls.peer.last(MAP) and cls.peer.last(WALLS)
                    and cls.client(), "maps come, and the robot is answered")
 
     @classmethod
@@ -120,12 +119,12 @@ class MapTest(unittest.TestCase):
         self.assertEqual(walls["info"]["origin"]["orientation"]["w"], 1)
         # What has not changed is not published again, in a second and more.
         told = self.peer.count("rt/diagnostics")
-        wait_until(lambda: self.peer.count("rt/diagnostics") > told + 1, "time passes")
+        await_that(lambda: self.peer.count("rt/diagnostics") > told + 1, "time passes")
         self.assertEqual(self.peer.count(WALLS), 1)
 
     def test_what_is_painted_and_deposited_by_topic_is_published(self):
         def drawn(x_m, y_m):
-            wait_until(lambda: level(self.peer.last(MAP), x_m, y_m) > 0, f"({x_m}, {y_m}) is drawn")
+            await_that(lambda: level(self.peer.last(MAP), x_m, y_m) > 0, f"({x_m}, {y_m}) is drawn")
             return level(self.peer.last(MAP), x_m, y_m)
 
         self.assertEqual(level(self.peer.last(MAP), 2.0, 0.5), 0)
@@ -150,7 +149,7 @@ class MapTest(unittest.TestCase):
     def test_late_reader_gets_the_last_map_and_a_stopped_one_holds_nobody_up(self):
         late = Peer(self.tests_dir, self.domain)
         late.read(NO_GO, GRID, latched=True)
-        wait_until(lambda: late.last(NO_GO), "a late reader gets the map")
+        await_that(lambda: late.last(NO_GO), "a late reader gets the map")
         late.process.send_signal(signal.SIGSTOP)
         try:
             before = self.peer.count("rt/diagnostics")
@@ -158,11 +157,11 @@ class MapTest(unittest.TestCase):
                 self.daemon.call("POST", "/api/v1/deposit", {"pheromone": "no-go area", "x_m": x,
                                                              "y_m": 2.5})
                 sensed = self.client()["requests"]
-                wait_until(lambda: self.client()["requests"] > sensed + 5, "the robot is answered")
-            wait_until(lambda: self.peer.count("rt/diagnostics") > before + 1, "states come")
+                await_that(lambda: self.client()["requests"] > sensed + 5, "the robot is answered")
+            await_that(lambda: self.peer.count("rt/diagnostics") > before + 1, "states come")
         finally:
             late.process.send_signal(signal.SIGCONT)
-        wait_until(lambda: level(late.last(NO_GO), 1.5, 2.5) > 0, "it has the newest map then")
+        await_that(lambda: level(late.last(NO_GO), 1.5, 2.5) > 0, "it has the newest map then")
         late.close()
 
     def test_markers_are_where_the_robot_and_its_antennas_are(self):
@@ -170,7 +169,7 @@ class MapTest(unittest.TestCase):
             message = self.peer.last("rt/pheromone/markers") or {"markers": []}
             return {(it["ns"], it["id"]): it for it in message["markers"]}
 
-        wait_until(lambda: ("robots", 0) in shown() and abs(
+        await_that(lambda: ("robots", 0) in shown() and abs(
             shown()["robots", 0]["pose"]["position"]["x"] - 1) < 0.01, "the robot is shown")
         markers = shown()
         robot, tag = markers["robots", 0], markers["tags", 0]
@@ -192,7 +191,7 @@ class MapTest(unittest.TestCase):
             message = self.peer.last("rt/diagnostics")
             return {it["name"]: it for it in message["status"]} if message else {}
 
-        wait_until(lambda: states().get("pheromone: tb1", {}).get("message", "").startswith(
+        await_that(lambda: states().get("pheromone: tb1", {}).get("message", "").startswith(
             "stands: halted") and "pheromone: robot udp/7" in states(), "states")
         told = states()
         self.assertEqual((told["pheromone: server"]["level"], told["pheromone: server"]["message"]),
@@ -208,7 +207,7 @@ class MapTest(unittest.TestCase):
                 camera.sendto(b"pose udp 7 1.5 1.25 180\n", ("127.0.0.1", self.camera))
                 return self.peer.last("rt/tf")
 
-            wait_until(seen, "map -> tb1/odom")
+            await_that(seen, "map -> tb1/odom")
         frame = self.peer.last("rt/tf")["transforms"][0]
         self.assertEqual((frame["header"]["frame_id"], frame["child_frame_id"]), ("map", "tb1/odom"))
         # The base stands at (10, -20) in its odometry, turned by 1 rad; the camera sees it at
@@ -222,16 +221,16 @@ class MapTest(unittest.TestCase):
     def test_robot_goes_to_its_goal_which_is_the_servers(self):
         self.peer.write("rt/tb1/goal_pose", {"header": {"frame_id": "map"}, "pose": {
             "position": {"x": 1.0, "y": 2.6}}})
-        wait_until(lambda: self.client()["goal"], "the server has the goal")
+        await_that(lambda: self.client()["goal"], "the server has the goal")
         self.assertEqual([self.client()["goal"][it] for it in ("x_m", "y_m")], [1.0, 2.6])
         self.daemon.call("POST", "/api/v1/command", {"link": "udp", "id": 7, "command": "resume"})
-        wait_until(lambda: self.client()["state"]["is"] == "at its goal", "the robot is there")
+        await_that(lambda: self.client()["state"]["is"] == "at its goal", "the robot is there")
         x, y = self.base.track[-1]
         self.assertLess(math.hypot(x - 1.0, y - 2.6), 0.25)
         self.assertIn("tb1: goal: done", self.bridge.log())
         self.peer.write(HALT, {})
-        wait_until(lambda: "halted" in self.bridge.state("tb1"), "it is halted")
-        wait_until(lambda: "halt: done" in self.bridge.log(), "the server was told to halt all")
+        await_that(lambda: "halted" in self.bridge.state("tb1"), "it is halted")
+        await_that(lambda: "halt: done" in self.bridge.log(), "the server was told to halt all")
 
     def test_endpoints_have_ros_names_types_qos_and_hashes(self):
         # kind, topic: type, reliability, durability
@@ -257,7 +256,7 @@ class MapTest(unittest.TestCase):
             ("reader", "rt/pheromone/no_go_area/paint"): ("nav_msgs/msg/Path", "reliable", "volatile"),
         }
         graph = ("writer", "ros_discovery_info")
-        wait_until(lambda: expected.keys() | {graph} <= self.peer.endpoints.keys(), "endpoints")
+        await_that(lambda: expected.keys() | {graph} <= self.peer.endpoints.keys(), "endpoints")
         found = dict(self.peer.endpoints)
         for where, (kind, reliability, durability) in expected.items():
             self.assertEqual(found[where][0], dds_type(kind), where)
@@ -279,7 +278,7 @@ class MapTest(unittest.TestCase):
             return {kind: {bytes(gid["data"]).hex() for gid in node[f"{kind}_gid_seq"]}
                     for kind in ("reader", "writer")}
 
-        wait_until(lambda: listed() == guids, "the graph is complete")
+        await_that(lambda: listed() == guids, "the graph is complete")
 
     def test_wireshark_finds_no_malformed_frame(self):
         if self.capture is None:
@@ -303,7 +302,7 @@ class MapTest(unittest.TestCase):
             return next(it for it in states if it["name"] == "pheromone: server")
 
         # What it was asked when it was killed had no answer; the next question meets nobody.
-        wait_until(lambda: server()["level"] == 2 and "no server at" in server()["message"],
+        await_that(lambda: server()["level"] == 2 and "no server at" in server()["message"],
                    "an error is told")
         self.assertIn("server: no server at", self.bridge.log())
 
@@ -326,7 +325,7 @@ class DistroTest(unittest.TestCase):
         bridge = Bridge(self.bin_dir, pathlib.Path(folder.name), domain, "--server",
                         f"udp:127.0.0.1:{free_port()}", "--robot", "tb1:1:0,0,0", *options)
         self.addCleanup(bridge.stop)
-        wait_until(lambda: bridge.log() and peer.last("ros_discovery_info"), "a graph")
+        await_that(lambda: bridge.log() and peer.last("ros_discovery_info"), "a graph")
         found = peer.last("ros_discovery_info")
         self.assertEqual(found["node_entities_info_seq"][0]["node_name"], "pheromone")
         return peer
@@ -352,7 +351,7 @@ class DistroTest(unittest.TestCase):
             bridge = Bridge(self.bin_dir, below, domain, "--server", f"udp:127.0.0.1:{free_port()}",
                             "--robot", f"{distro}:1:0,0,0", "--distro", distro)
             self.addCleanup(bridge.stop)
-        wait_until(lambda: len(gids) == 2, "both have a graph")
+        await_that(lambda: len(gids) == 2, "both have a graph")
 
     def test_distro_can_be_set(self):
         self.run_with("--distro", "humble", graph_of="rmw_dds_common_humble/msg/ParticipantEntitiesInfo")
@@ -383,11 +382,11 @@ class PoseTest(unittest.TestCase):
                         "tb1:7", "--pose", source, "--allow", "halt")
         self.addCleanup(bridge.stop)
         if not early:
-            wait_until(lambda: "no pose on the map" in bridge.state("tb1"), "odometry is there")
+            await_that(lambda: "no pose on the map" in bridge.state("tb1"), "odometry is there")
         peer.make(topic, kind, latched=True)
         if early:
             peer.make(HALT, "std_msgs/msg/Empty")
-            wait_until(lambda: peer.write(topic, message) or peer.write(HALT, {})
+            await_that(lambda: peer.write(topic, message) or peer.write(HALT, {})
                        or bridge.log().count("halt, by") > 5, "it hears others")
             self.assertIn("no odometry yet", bridge.state("tb1"))
             base.odometry_on = True
@@ -398,7 +397,7 @@ class PoseTest(unittest.TestCase):
             clients = json.loads(daemon.call("GET", "/api/v1/clients")[1])["clients"]
             return clients[0]["pose"] if clients else None
 
-        wait_until(pose, "the server has a pose")
+        await_that(pose, "the server has a pose")
         return pose()
 
     def test_by_tf(self):
@@ -490,30 +489,30 @@ class ServerTest(unittest.TestCase):
         self.peer.read(MAP, GRID, latched=True)
         self.peer.read("ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo", latched=True)
         bridge = self.begin_bridge("--distro", "iron")
-        wait_until(lambda: bridge.log() and self.peer.last(MAP) and has(NO_GO), "maps come")
+        await_that(lambda: bridge.log() and self.peer.last(MAP) and has(NO_GO), "maps come")
         daemon.kill()
         daemon = begin_server("way home")
-        wait_until(lambda: bridge.log() and has("rt/pheromone/way_home") and not has(NO_GO),
+        await_that(lambda: bridge.log() and has("rt/pheromone/way_home") and not has(NO_GO),
                    "maps are those of the new server")
         # Another pheromone with the same part of a topic gets what the last one had.
         before = has("rt/pheromone/way_home")
         daemon.kill()
         daemon = begin_server("way-home")
-        wait_until(lambda: bridge.log() and has("rt/pheromone/way_home") not in (False, None, before),
+        await_that(lambda: bridge.log() and has("rt/pheromone/way_home") not in (False, None, before),
                    "the topic is free for the next")
         self.assertNotIn(("writer", "rt/pheromone/way_home_2"), self.peer.endpoints)
         daemon.call("POST", "/api/v1/deposit", {"pheromone": "path", "x_m": 2.0, "y_m": 0.5})
-        wait_until(lambda: level(self.peer.last(MAP), 2.0, 0.5) > 0, "the others go on")
+        await_that(lambda: level(self.peer.last(MAP), 2.0, 0.5) > 0, "the others go on")
 
     def test_a_halt_that_waits_at_the_end_reaches_the_server(self):
         server = HeldServer(self.folder / "pheromoned.sock")
         self.addCleanup(server.close)
         self.peer.make(HALT, "std_msgs/msg/Empty")
         bridge = self.begin_bridge("--allow", "halt")
-        wait_until(lambda: server.requests, "the server is asked")
-        wait_until(lambda: self.peer.write(HALT, {}) or "halt, by" in bridge.log(), "it hears the halt")
+        await_that(lambda: server.requests, "the server is asked")
+        await_that(lambda: self.peer.write(HALT, {}) or "halt, by" in bridge.log(), "it hears the halt")
         bridge.process.send_signal(signal.SIGTERM)
-        wait_until(lambda: "ended;" in bridge.file.read_text(), "it ends")
+        await_that(lambda: "ended;" in bridge.file.read_text(), "it ends")
         server.release.set()
         self.assertEqual(bridge.process.wait(60), 0)
         self.assertEqual([it for it in server.requests if it[0] == "POST"], [["POST", "/api/v1/halt"]])

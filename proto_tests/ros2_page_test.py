@@ -21,7 +21,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(PAGE / "testing"), str(ROOT / "deploy")]
 
 from commands_test import bring_up_loopback  # noqa: E402
-from live_daemon import check, wait_until  # noqa: E402
+from operated_daemon import await_that, check  # noqa: E402
 from peer import Base, Bases, Peer  # noqa: E402
 from ros2_live_test import last_state  # noqa: E402
 
@@ -63,17 +63,17 @@ def run(bin_dir, tests_dir, folder):
     try:
         peer.read("rt/pheromone/path", "nav_msgs/msg/OccupancyGrid", latched=True)
         begin(blocks[0])
-        wait_until(lambda: "ready: " in log(0), "the server is ready")
+        await_that(lambda: "ready: " in log(0), "the server is ready")
         begin(blocks[1])
-        wait_until(lambda: peer.count("rt/pheromone/path") and all(
+        await_that(lambda: peer.count("rt/pheromone/path") and all(
             last_state(log(1), f"tb{i}") == "stands: halted, until it is told to resume" for i in (1, 2)),
             "the robots are answered, and the map comes")
         resume, halt = blocks[2].splitlines()
         subprocess.run(["bash", "-c", resume], cwd=folder, env=environment, check=True)
-        wait_until(lambda: tb1.way_m > 0.3, "the first robot drives")
+        await_that(lambda: tb1.way_m > 0.3, "the first robot drives")
         check(tb2.way_m == 0, "the second was not told to")
         subprocess.run(["bash", "-c", halt], cwd=folder, env=environment, check=True)
-        wait_until(lambda: tb1.v == 0 and "halted" in last_state(log(1), "tb1"), "it is halted")
+        await_that(lambda: tb1.v == 0 and "halted" in last_state(log(1), "tb1"), "it is halted")
     except BaseException:
         for number in range(len(shells)):
             print((folder / f"{number}.log").read_text())

@@ -16,8 +16,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent / "client_fw" / "ros2" / "testing"))
 
 from free_numbers import free_domain, free_port  # noqa: E402
-from live_daemon import DEADLINE_S, default_config, wait_until  # noqa: E402
-from operated_daemon import OperatedDaemon  # noqa: E402
+from operated_daemon import PATIENCE_S, OperatedDaemon, await_that, default_config  # noqa: E402
 from peer import Base, Bases, Peer  # noqa: E402
 from ros2_live_test import Bridge, is_told_to_stand  # noqa: E402
 from test_config import link  # noqa: E402
@@ -62,7 +61,7 @@ class SignedTest(unittest.TestCase):
 
     def wait_for_answers(self, bridge):
         before = [self.peer.count(topic) for topic in SENSED]
-        wait_until(lambda: bridge.log() and all(self.peer.count(topic) > count + 3
+        await_that(lambda: bridge.log() and all(self.peer.count(topic) > count + 3
                                                 for topic, count in zip(SENSED, before)),
                    "all robots are answered")
 
@@ -84,11 +83,11 @@ class SignedTest(unittest.TestCase):
                 ways_m = [robot.way_m for robot in self.robots]
                 for i, _ in enumerate(NAMES):
                     self.post("/api/v1/command", {"link": kind, "id": i + 1, "command": "resume"})
-                wait_until(lambda: all(robot.way_m > way_m + 0.1
+                await_that(lambda: all(robot.way_m > way_m + 0.1
                                        for robot, way_m in zip(self.robots, ways_m)),
                            "all robots drive")
                 self.post("/api/v1/halt", {})  # to all, with the group's key
-                wait_until(lambda: all("halted" in bridge.state(name) for name in NAMES)
+                await_that(lambda: all("halted" in bridge.state(name) for name in NAMES)
                            and all(map(is_told_to_stand, self.robots)), "all halt")
                 bridge.stop()
                 self.assertEqual(self.ignored(kind), (0, 0, 0))
@@ -105,7 +104,7 @@ class SignedTest(unittest.TestCase):
 
     def test_robots_without_keys_are_not_answered(self):
         bridge = self.bridge("udp")
-        wait_until(lambda: bridge.log() and self.ignored("udp")[0] > 10, "they ask")
+        await_that(lambda: bridge.log() and self.ignored("udp")[0] > 10, "they ask")
         self.assertEqual([self.peer.count(topic) for topic in SENSED], [0, 0])
         bridge.stop()
 
@@ -113,7 +112,7 @@ class SignedTest(unittest.TestCase):
         ended = subprocess.run(
             [BIN / "pheromone-ros2", "--server", f"udp:127.0.0.1:{self.ports['udp']}", "--robot",
              "tb1:1:5,3,0", "--robot", "tb9:9:5,8,0", "--keys", self.keys],
-            text=True, capture_output=True, timeout=DEADLINE_S, check=False)
+            text=True, capture_output=True, timeout=PATIENCE_S, check=False)
         self.assertEqual(ended.stderr, f"pheromone-ros2: --keys: {self.keys}: robot 9 has no key, "
                                        'expected a line "9 KEY"\n')
         self.assertEqual(ended.returncode, 2)

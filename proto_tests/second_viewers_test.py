@@ -17,7 +17,7 @@ import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from asking_robot import check  # noqa: E402
+from checks import check  # noqa: E402
 from operated_daemon import PATIENCE_S, OperatedDaemon, write_config  # noqa: E402
 from test_config import map_of, pheromone, pty, table  # noqa: E402
 

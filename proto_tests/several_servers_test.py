@@ -22,8 +22,7 @@ import tempfile
 
 from attach_test import PATH_Y, START, Pioneer, Program, ends
 from free_numbers import free_port
-from live_daemon import DEADLINE_S, check, wait_until
-from operated_daemon import OperatedDaemon
+from operated_daemon import PATIENCE_S, OperatedDaemon, await_that, check
 from stranger.client import Client, NoAnswer
 from stranger.servers import Servers
 from stranger.testing.report import check_equal
@@ -45,7 +44,7 @@ class Server:
         self.daemon = OperatedDaemon(self.bin_dir, self.folder)
         subprocess.run([self.bin_dir / "pheromonectl", "paint", "path", "1", str(PATH_Y), "58",
                         str(PATH_Y), "--radius", "0.05"], cwd=self.folder, check=True,
-                       stdout=subprocess.DEVNULL, timeout=DEADLINE_S)
+                       stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
 
     def address(self, kind):
         return ("udp:" if kind == "udp" else "") + f"127.0.0.1:{self.ports[kind]}"
@@ -105,7 +104,7 @@ def spoken_to(robot):
 
 def await_greeting(robot, address, since):
     """Steers by its answers, and has said HELLO to it."""
-    wait_until(lambda: spoken_to(robot) == address, f"{address} answers")
+    await_that(lambda: spoken_to(robot) == address, f"{address} answers")
     robot.await_line(f"server {address}: HELLO answered", since)
 
 

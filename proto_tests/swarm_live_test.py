@@ -11,6 +11,7 @@ Usage: swarm_live_test.py BIN_DIR
 
 import csv
 import os
+import pathlib
 import re
 import signal
 import subprocess
@@ -19,20 +20,11 @@ import tempfile
 import time
 import xml.dom.minidom
 
-from live_daemon import DEADLINE_S, Daemon, check, default_config, wait_until
+from operated_daemon import PATIENCE_S, OperatedDaemon, check, default_config, write_config
+from test_config import pty
 
 EXAMPLE = os.path.join(os.path.dirname(os.path.abspath(__file__)),
                        "../client_fw/swarm/examples/live.toml")
-TWO_LINKS = """
-[[link]]
-name = "radio-a"
-kind = "pty"
-path = "radio-a.pty"
-[[link]]
-name = "radio-b"
-kind = "pty"
-path = "radio-b.pty"
-"""
 
 
 class Swarm:
@@ -47,7 +39,7 @@ class Swarm:
 
     def read_until(self, answered, what):
         """Reads the lines, one a second, until `answered(robots with answers, robots)`."""
-        end = time.monotonic() + DEADLINE_S
+        end = time.monotonic() + PATIENCE_S
         for line in self.process.stdout:
             self.lines.append(line)
             found = re.search(r"(\d+) of (\d+) robots got answers", line)
@@ -59,7 +51,7 @@ class Swarm:
     def finish(self, stop):
         if stop:
             self.process.send_signal(signal.SIGINT)
-        rest, _ = self.process.communicate(timeout=DEADLINE_S)
+        rest, _ = self.process.communicate(timeout=PATIENCE_S)
         self.lines.append(rest)
         text = "".join(self.lines)
         check(self.process.returncode == 0,
@@ -109,7 +101,8 @@ def recovers_from_a_daemon_that_freezes_and_restarts(bin_dir, folder):
     scenario = os.path.join(folder, "long.toml")
     with open(scenario, "w", encoding="utf-8") as file:
         file.write(example.replace("duration_s = 30", "duration_s = 3600"))
-    daemon = Daemon(bin_dir, folder, ports)
+    write_config(folder, default_config(bin_dir))
+    daemon = OperatedDaemon(bin_dir, folder)
     swarm = Swarm(bin_dir, scenario, ports, out)
     try:
         swarm.read_until(all_of, "every robot gets answers")
@@ -119,7 +112,7 @@ def recovers_from_a_daemon_that_freezes_and_restarts(bin_dir, folder):
         swarm.read_until(all_of, "every robot gets answers again")
         daemon.stop()
         swarm.read_until(none_of, "nobody is there to answer")
-        daemon = Daemon(bin_dir, folder, ports)
+        daemon = OperatedDaemon(bin_dir, folder)
         swarm.read_until(all_of, "every robot gets answers from another daemon")
         text = swarm.finish(stop=True)
         daemon.stop()
@@ -139,15 +132,14 @@ def ends_by_itself_with_two_channels(bin_dir, folder):
     before, _, rest = config.partition('[[link]]\nname = "radio-a"')
     check(rest, "the default configuration has no link radio-a")
     rest = rest[rest.index("[limits]"):]
-    with open(os.path.join(folder, "two.toml"), "w", encoding="utf-8") as file:
-        file.write(before + TWO_LINKS + rest)
+    write_config(folder, before + "".join(map(pty, ("radio-a", "radio-b"))) + rest)
     with open(EXAMPLE, encoding="utf-8") as file:
         example = file.read()
     scenario = os.path.join(folder, "short.toml")
     with open(scenario, "w", encoding="utf-8") as file:
         file.write("[radio]\nchannels = 2\n" + example.replace("duration_s = 30",
                                                                "duration_s = 5"))
-    daemon = Daemon(bin_dir, folder, ports, ("--config", "two.toml"))
+    daemon = OperatedDaemon(bin_dir, folder)
     swarm = None
     try:
         swarm = Swarm(bin_dir, scenario, ports, out)
@@ -170,5 +162,5 @@ if __name__ == "__main__":
     for test in (tells_what_is_wrong_with_ports, ends_by_itself_with_two_channels,
                  recovers_from_a_daemon_that_freezes_and_restarts):
         with tempfile.TemporaryDirectory() as temporary:
-            test(os.path.abspath(sys.argv[1]), temporary)
+            test(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(temporary))
     print("ok")

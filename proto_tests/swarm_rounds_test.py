@@ -19,7 +19,8 @@ import subprocess
 import sys
 import tempfile
 
-from asking_robot import CONFIG, check
+from asking_robot import CONFIG
+from checks import check
 from operated_daemon import OperatedDaemon
 from swarm_live_test import Swarm, all_of, end_processes, none_of
 

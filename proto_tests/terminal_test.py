@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-from live_daemon import DEADLINE_S, Daemon, check, wait_until
+from operated_daemon import PATIENCE_S, OperatedDaemon, await_that, check, default_config, write_config
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENARIO = HERE.parent / "client_fw/swarm/examples/live.toml"
@@ -41,22 +41,23 @@ def holders():
 
 def each_names_whoever_has_the_terminal(bin_dir, folder):
     port = folder / "radio-a.pty"
-    daemon = Daemon(bin_dir, folder, [str(port)])
+    write_config(folder, default_config(bin_dir))
+    daemon = OperatedDaemon(bin_dir, folder)
     first = subprocess.Popen([bin_dir / "pheromone-swarm", "live", "--modem", port], cwd=folder,
                              stdout=subprocess.DEVNULL)
     try:
-        wait_until(lambda: first.pid in holders(), "the first program has the terminal")
+        await_that(lambda: first.pid in holders(), "the first program has the terminal")
         for name, command in programs(bin_dir, port):
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True,
-                                  timeout=DEADLINE_S, check=False)
+                                  timeout=PATIENCE_S, check=False)
             expected = (rf"{name}: {re.escape(str(port))}: in use by pheromone-swarm "
                         rf"\(process {first.pid}, since \d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d\)\n")
             check(done.returncode == 1 and re.fullmatch(expected, done.stderr),
                   f"{command}: ended with {done.returncode}: {done.stderr}")
         first.send_signal(signal.SIGINT)
-        check(first.wait(DEADLINE_S) == 0, "the first program was not disturbed")
+        check(first.wait(PATIENCE_S) == 0, "the first program was not disturbed")
         done = subprocess.run(programs(bin_dir, port)[-1][1], capture_output=True, text=True,
-                              timeout=DEADLINE_S, check=False)
+                              timeout=PATIENCE_S, check=False)
         check(done.returncode == 0 and "protocol_version 1\n" in done.stdout, done.stderr)
         daemon.stop()
     finally:

@@ -17,6 +17,7 @@ Usage: trails_live_test.py BIN_DIR [TRIPS [KEPT_FOLDER]]
 
 import json
 import os
+import pathlib
 import re
 import shutil
 import signal
@@ -25,7 +26,7 @@ import sys
 import tempfile
 import time
 
-from live_daemon import DEADLINE_S, Daemon, check
+from operated_daemon import PATIENCE_S, OperatedDaemon, check
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
 ROBOTS = 4
@@ -45,12 +46,12 @@ class Status:
 class Swarm:
     def __init__(self, bin_dir, folder, ports, *arguments):
         self.process = subprocess.Popen(
-            [os.path.join(bin_dir, "pheromone-experiments"), "trails", "--bench", "bench.toml",
+            [os.path.join(bin_dir, "pheromone-experiments"), "trails", "--bench", "test.toml",
              "--daemon", ",".join(ports), "--out", "out", *arguments],
             cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.lines = []
 
-    def read_until(self, holds, what, deadline_s=DEADLINE_S):
+    def read_until(self, holds, what, deadline_s=PATIENCE_S):
         end = time.monotonic() + deadline_s
         for line in self.process.stdout:
             self.lines.append(line)
@@ -60,7 +61,7 @@ class Swarm:
             check(time.monotonic() < end, f"gave up waiting until {what}:\n{self.text()}")
         raise AssertionError(f"the program ended before {what}:\n{self.text()}")
 
-    def finish(self, stop, deadline_s=DEADLINE_S):
+    def finish(self, stop, deadline_s=PATIENCE_S):
         if stop:
             self.process.send_signal(signal.SIGINT)
         rest, _ = self.process.communicate(timeout=deadline_s)
@@ -89,7 +90,7 @@ def someone_chose(status):
 def write_bench(bin_dir, folder, avr):
     """The shipped bench, with a journal, and with where the AVR robot is switched on."""
     shutil.copytree(os.path.join(ROOT, "deploy/examples/nets"), os.path.join(folder, "nets"))
-    bench = os.path.join(folder, "bench.toml")
+    bench = os.path.join(folder, "test.toml")
     shutil.copy(os.path.join(ROOT, "deploy/examples/bench.toml"), bench)
     frames = subprocess.run(
         [os.path.join(bin_dir, "pheromone-experiments"), "trails", "--bench", bench, "--frames", "--avr",
@@ -122,8 +123,7 @@ def run(bin_dir, folder, trips):
     ports = [os.path.join(folder, f"radio-{i + 1}.pty") for i in range(ROBOTS)]
     avr = 1 if trips else 0
     write_bench(bin_dir, folder, avr)
-    arguments = ("--config", "bench.toml")
-    daemon = Daemon(bin_dir, folder, ports, arguments)
+    daemon = OperatedDaemon(bin_dir, folder)
     swarm = Swarm(bin_dir, folder, ports, "--avr", str(avr),
                   *(("--trips", str(trips)) if trips else ("--seconds", "100000")))
     kills = [trips * (i + 1) // 3 for i in range(2)] if trips else [0]
@@ -140,7 +140,7 @@ def run(bin_dir, folder, trips):
             daemon.process.kill()
             daemon.process.wait()
             swarm.read_until(nobody, "nobody is there to answer")
-            daemon = Daemon(bin_dir, folder, ports, arguments)
+            daemon = OperatedDaemon(bin_dir, folder)
             swarm.read_until(everybody, "every robot gets answers again")
         statuses = swarm.finish(stop=not trips, deadline_s=4 * 3600)
         shown = json.loads(ctl(bin_dir, folder, "net", "show", "bench", "--json"))
@@ -166,12 +166,12 @@ def run(bin_dir, folder, trips):
 
 
 if __name__ == "__main__":
-    binaries = os.path.abspath(sys.argv[1])
+    binaries = pathlib.Path(sys.argv[1]).resolve()
     wanted = int(sys.argv[2]) if len(sys.argv) > 2 else 0
     if len(sys.argv) > 3:
         os.makedirs(sys.argv[3])
-        run(binaries, os.path.abspath(sys.argv[3]), wanted)
+        run(binaries, pathlib.Path(sys.argv[3]).resolve(), wanted)
     else:
         with tempfile.TemporaryDirectory() as temporary:
-            run(binaries, os.path.abspath(temporary), wanted)
+            run(binaries, pathlib.Path(temporary), wanted)
     print("ok")

@@ -30,8 +30,8 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from asking_robot import (CONFIG, EXCHANGES, PATIENCE_S, Robot, check,  # noqa: E402
-                          come_and_go, everyone_answered, serve)
+from asking_robot import CONFIG, EXCHANGES, Robot, come_and_go, everyone_answered, serve  # noqa: E402
+from checks import PATIENCE_S, check  # noqa: E402
 
 ADAPTERS = 8
 MACHINE_PATIENCE_S = 900  # where a busy machine emulates this one

@@ -29,8 +29,7 @@ sys.path[:0] = [str(ROOT / "proto_tests"), str(HERE)]
 import paho.mqtt.client as mqtt  # noqa: E402
 import pheromone  # noqa: E402
 from free_numbers import free_port  # noqa: E402
-from live_daemon import default_config  # noqa: E402
-from operated_daemon import ROOM, TOKEN, await_that, serve_class  # noqa: E402
+from operated_daemon import ROOM, TOKEN, await_that, default_config, serve_class  # noqa: E402
 from pheromone import aio, arrays, drive, servers, wire  # noqa: E402
 from pheromone.recordings import Entry, Recording  # noqa: E402
 from pheromone.robot import Client, Line  # noqa: E402
@@ -435,7 +434,7 @@ class ExamplesTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        config = default_config(str(BIN)).replace('"web-token"', '"token"')
+        config = default_config(BIN).replace('"web-token"', '"token"')
         serve_class(cls, BIN, config + UDP)
         cls.address = f"udp:127.0.0.1:{cls.daemon.udp_port()}"
         cls.web = f"http://127.0.0.1:{cls.daemon.web_port()}"

@@ -8,7 +8,6 @@ virtual time (avr_firmware_test).
 Usage: avr_live_test.py BIN_DIR AVR_LIVE IMAGE
 """
 
-import os
 import pathlib
 import signal
 import subprocess
@@ -17,9 +16,8 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from operated_daemon import PATIENCE_S, OperatedDaemon, check, write_config  # noqa: E402
 from test_config import map_of, pheromone, pty, table  # noqa: E402
-
-DEADLINE_S = 90.0
 
 # The robot starts at (0, 0), facing along +x: 0.1 m beside a straight path.
 CONFIG = (map_of(10.0, 4.0, origin_x_m=-1.0, origin_y_m=-2.0) + pheromone(1, "path")
@@ -28,14 +26,9 @@ CONFIG = (map_of(10.0, 4.0, origin_x_m=-1.0, origin_y_m=-2.0) + pheromone(1, "pa
           + pty("radio-a"))
 
 
-def check(holds, otherwise):
-    if not holds:
-        raise AssertionError(otherwise)
-
-
 def read_until(robot, lines, holds, what):
     """Reads the robot's lines, two a second, until `holds(x, y)`."""
-    end = time.monotonic() + DEADLINE_S
+    end = time.monotonic() + PATIENCE_S
     for line in robot.stdout:
         lines.append(line)
         x_m, y_m = (float(word) for word in line.split()[:2])
@@ -46,25 +39,15 @@ def read_until(robot, lines, holds, what):
 
 
 def run(bin_dir, avr_live, image, folder):
-    config = os.path.join(folder, "pheromoned.toml")
-    with open(config, "w", encoding="utf-8") as file:
-        file.write(CONFIG)
-    modem = os.path.join(folder, "radio-a.pty")
-    with open(os.path.join(folder, "pheromoned.log"), "wb") as log:
-        daemon = subprocess.Popen([os.path.join(bin_dir, "pheromoned"), "--config", config],
-                                  cwd=folder, stdout=log, stderr=log)
-    robot = None
+    write_config(folder, CONFIG)
+    daemon = OperatedDaemon(bin_dir, folder)
+    robot = subprocess.Popen([avr_live, image, folder / "radio-a.pty"], stdout=subprocess.PIPE, text=True)
     lines = []
     try:
-        end = time.monotonic() + DEADLINE_S
-        while not os.path.exists(modem):
-            check(daemon.poll() is None and time.monotonic() < end, "there is no modem")
-            time.sleep(0.02)
-        robot = subprocess.Popen([avr_live, image, modem], stdout=subprocess.PIPE, text=True)
         read_until(robot, lines, lambda x, y: x > 1.0, "it has moved a metre along the path")
         check(abs(float(lines[-1].split()[1]) - 0.1) < 0.15, f"off the path: {lines[-1]}")
 
-        daemon.send_signal(signal.SIGSTOP)
+        daemon.process.send_signal(signal.SIGSTOP)
         places = []
 
         def stands(x_m, y_m):
@@ -72,18 +55,17 @@ def run(bin_dir, avr_live, image, folder):
             return len(places) >= 3 and places[-1] == places[-2]
 
         read_until(robot, lines, stands, "it stands for want of answers")
-        daemon.send_signal(signal.SIGCONT)
+        daemon.process.send_signal(signal.SIGCONT)
         x_m = places[-1][0]
         read_until(robot, lines, lambda x, y: x > x_m + 0.3, "it drives again")
 
         robot.send_signal(signal.SIGTERM)
-        robot.communicate(timeout=DEADLINE_S)
+        robot.communicate(timeout=PATIENCE_S)
         check(robot.returncode == 0, f"the robot ended with status {robot.returncode}")
-        daemon.send_signal(signal.SIGTERM)
-        check(daemon.wait(DEADLINE_S) == 0, f"pheromoned ended with status {daemon.returncode}")
+        daemon.stop()
     finally:
-        for process in (robot, daemon):
-            if process is not None and process.poll() is None:
+        for process in (robot, daemon.process):
+            if process.poll() is None:
                 process.kill()
                 process.wait()
     print("".join(lines[-1:]))
@@ -93,7 +75,7 @@ def main():
     if len(sys.argv) != 4:
         sys.exit(__doc__)
     with tempfile.TemporaryDirectory() as folder:
-        run(*(os.path.abspath(argument) for argument in sys.argv[1:]), folder)
+        run(*(pathlib.Path(it).resolve() for it in sys.argv[1:]), pathlib.Path(folder))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
-from asking_robot import check  # noqa: E402
+from checks import check  # noqa: E402
 from free_numbers import free_port  # noqa: E402
 from operated_daemon import OperatedDaemon, await_that  # noqa: E402
 from test_config import link, map_of, pheromone, table  # noqa: E402

@@ -26,7 +26,7 @@ import time
 import tty
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
-from asking_robot import check  # noqa: E402
+from checks import check  # noqa: E402
 from cluster.machines import Machines  # noqa: E402
 from operated_daemon import await_that  # noqa: E402
 from stranger.wire import NO_INTENSITIES, Decoder, parse  # noqa: E402

@@ -30,7 +30,7 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
-from asking_robot import check  # noqa: E402
+from checks import check  # noqa: E402
 from operated_daemon import OperatedDaemon, write_config  # noqa: E402
 from stranger.client import open_terminal  # noqa: E402
 from stranger.wire import Decoder, encode  # noqa: E402

@@ -20,8 +20,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(HERE.parent), str(HERE.parents[1] / "client_fw" / "ros2" / "testing")]
 
 from free_numbers import free_domain  # noqa: E402
-from live_daemon import wait_until  # noqa: E402
-from operated_daemon import OperatedDaemon, check, write_config  # noqa: E402
+from operated_daemon import OperatedDaemon, await_that, check, write_config  # noqa: E402
 from peer import Peer  # noqa: E402
 from ros2_live_test import Bridge  # noqa: E402
 from test_config import map_of, pheromone  # noqa: E402
@@ -46,7 +45,7 @@ def measure(bin_dir, tests_dir, changes, seconds):
                 check(status == 200, text)
             peer.read(MAP, "nav_msgs/msg/OccupancyGrid", latched=True)
             bridge = Bridge(bin_dir, folder, domain, "--socket", folder / "pheromoned.sock")
-            wait_until(lambda: bridge.log() and peer.last(MAP), "the map comes")
+            await_that(lambda: bridge.log() and peer.last(MAP), "the map comes")
             info = peer.last(MAP)["info"]
             check((info["width"], info["height"]) == (512, 512), info)
             places = random.Random(1)

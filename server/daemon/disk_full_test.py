@@ -17,16 +17,12 @@ import running_daemon
 from running_daemon import CONFIG, PATIENCE_S, PTY, Running
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "proto_tests"))
+from checks import await_that, check  # noqa: E402
 from stranger.client import Client, ErrorAnswer, open_terminal  # noqa: E402
 
 SKIPPED = 77
 READ_ONLY = 8
 MEBIBYTE = 1 << 20
-
-
-def check(is_so, what):
-    if not is_so:
-        raise AssertionError(what)
 
 
 def start(folder):
@@ -42,12 +38,6 @@ def refuses(robot):
         check(refused.reason == READ_ONLY, f"refused with {refused.reason}")
         return True
     return False
-
-
-def await_that(condition, what):
-    deadline = time.monotonic() + PATIENCE_S
-    while not condition():
-        check(time.monotonic() < deadline, what)
 
 
 def ctl(folder, *command):

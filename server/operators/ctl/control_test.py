@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """A running pheromoned looked after from outside: pheromonectl, and HTTP as others speak it.
 
-    control_test.py --pheromoned build/release/bin/pheromoned
-                    --pheromonectl build/release/bin/pheromonectl
+    control_test.py build/release/bin
 """
 
 import json
@@ -15,8 +14,8 @@ import subprocess
 import time
 
 import operated_server  # which knows where proto_tests is
-from operated_server import OperatedServer, PATIENCE_S
-from operated_daemon import await_that
+from operated_server import OperatedServer
+from operated_daemon import PATIENCE_S, await_that
 from stranger import wire
 
 
@@ -163,7 +162,7 @@ class ControlTest(OperatedServer):
         for arguments in ((), ("nothing",), ("erase", "trail"), ("erase", "trail", 1, 2, 3),
                           ("command", "radio-a", 0, "halt"), ("deposit", "trail", 1),
                           ("paint", "trail", "--all", "--area", 1, 1, 2, 2)):
-            self.assertEqual(subprocess.run([operated_server.PHEROMONECTL, *map(str, arguments)], check=False,
+            self.assertEqual(subprocess.run([operated_server.BIN / "pheromonectl", *map(str, arguments)], check=False,
                                             capture_output=True).returncode, 2, arguments)
 
     def test_without_a_server_it_says_where_it_looked_and_what_to_do(self):
@@ -196,7 +195,7 @@ class ControlTest(OperatedServer):
                       self.ctl("command", "radio-a", 1, "go-to", 1, status=2))
 
     def test_reload_says_what_waits_for_a_restart(self):
-        file = self.folder / "lab.toml"
+        file = self.folder / "test.toml"
         self.addCleanup(file.write_text, operated_server.CONFIG)
         file.write_text(operated_server.CONFIG.replace("tau_s = 3000", "tau_s = 2000") + "[daemon]\nio_threads = "
                                                                          "2\n")
@@ -232,15 +231,15 @@ class ControlTest(OperatedServer):
         self.assertRegex(self.ctl("capture", "status"), r"^not recording; the last into "
                                                         r"\S+/captures/")
         for arguments in (("capture",), ("capture", "pause"), ("capture", "start", "here")):
-            self.assertEqual(subprocess.run([operated_server.PHEROMONECTL, *arguments], check=False,
+            self.assertEqual(subprocess.run([operated_server.BIN / "pheromonectl", *arguments], check=False,
                                             capture_output=True).returncode, 2, arguments)
 
     def test_config_check_says_what_the_daemon_says(self):
         (self.folder / "bad.toml").write_text(operated_server.CONFIG.replace("tau_s = 0", "tau_s = -1"))
-        for name in ("lab.toml", "bad.toml"):
-            of_daemon = subprocess.run([operated_server.PHEROMONED, "--check", "--config", name], cwd=self.folder,
+        for name in ("test.toml", "bad.toml"):
+            of_daemon = subprocess.run([operated_server.BIN / "pheromoned", "--check", "--config", name], cwd=self.folder,
                                        text=True, capture_output=True, check=False)
-            of_ctl = subprocess.run([operated_server.PHEROMONECTL, "config", "check", name], cwd=self.folder,
+            of_ctl = subprocess.run([operated_server.BIN / "pheromonectl", "config", "check", name], cwd=self.folder,
                                     text=True, capture_output=True, check=False)
             self.assertEqual((of_ctl.returncode, of_ctl.stdout, of_ctl.stderr),
                              (of_daemon.returncode, of_daemon.stdout, of_daemon.stderr))
@@ -263,7 +262,7 @@ class ControlTest(OperatedServer):
         if child == 0:
             os.chdir(self.folder)
             os.environ["TERM"] = "xterm"
-            os.execv(operated_server.PHEROMONECTL, [operated_server.PHEROMONECTL, "watch", "path"])
+            os.execv(operated_server.BIN / "pheromonectl", [operated_server.BIN / "pheromonectl", "watch", "path"])
         shown = b""
         deadline = time.monotonic() + PATIENCE_S
         asked = False
@@ -287,4 +286,4 @@ class ControlTest(OperatedServer):
 
 
 if __name__ == "__main__":
-    operated_server.main(__doc__)
+    operated_server.main()

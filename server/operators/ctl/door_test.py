@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """Who gets in to a running pheromoned: its socket and its port, the token, a second server beside it.
 
-    door_test.py --pheromoned build/release/bin/pheromoned
-                 --pheromonectl build/release/bin/pheromonectl
+    door_test.py build/release/bin
 """
 
 import json
@@ -14,7 +13,8 @@ import subprocess
 import unittest
 
 import operated_server  # which knows where proto_tests is
-from operated_server import OperatedServer, PATIENCE_S
+from operated_server import OperatedServer
+from operated_daemon import PATIENCE_S, TOKEN
 from test_config import table
 
 
@@ -38,7 +38,7 @@ class DoorTest(OperatedServer):
             self.assertTrue(line.recv(65536).startswith(b"HTTP/1.1 400 "))
         answer, data = self.request("POST", "/api/v1/deposit",
                                     '{"pheromone": 1, "x_m": 1, "y_m": 1, "x_m": 2}',
-                                    Authorization=f"Bearer {operated_server.TOKEN}")
+                                    Authorization=f"Bearer {TOKEN}")
         self.assertEqual((answer.status, json.loads(data)["error"]["where"]), (400, "x_m"))
 
     def test_over_the_network_reading_is_free_and_changing_needs_the_token(self):
@@ -48,10 +48,10 @@ class DoorTest(OperatedServer):
         json.loads(data)
         halt = ("POST", "/api/v1/halt", "{}")
         for status, headers in ((401, {}), (401, {"Authorization": "Bearer x"}),
-                                (403, {"Authorization": f"Bearer {operated_server.TOKEN}",
+                                (403, {"Authorization": f"Bearer {TOKEN}",
                                        "Origin": "http://evil.example"}),
-                                (200, {"Authorization": f"Bearer {operated_server.TOKEN}"}),
-                                (200, {"Authorization": f"Bearer {operated_server.TOKEN}",
+                                (200, {"Authorization": f"Bearer {TOKEN}"}),
+                                (200, {"Authorization": f"Bearer {TOKEN}",
                                        "Origin": f"http://127.0.0.1:{self.port}"})):
             answer, data = self.request(*halt, **headers)
             self.assertEqual(answer.status, status, (headers, data))
@@ -71,7 +71,7 @@ class DoorTest(OperatedServer):
     @unittest.skipIf(os.geteuid() != 0, "only root can become somebody else")
     def test_who_may_not_use_the_socket_is_told_of_the_group(self):
         self.folder.chmod(0o755)
-        result = subprocess.run([operated_server.PHEROMONECTL, "status"], cwd=self.folder, text=True, user=65534,
+        result = subprocess.run([operated_server.BIN / "pheromonectl", "status"], cwd=self.folder, text=True, user=65534,
                                 group=65534, extra_groups=[], capture_output=True,
                                 timeout=PATIENCE_S, check=False)
         self.assertEqual((result.returncode, result.stdout), (3, ""))
@@ -82,7 +82,7 @@ class DoorTest(OperatedServer):
     def second(self, config):
         """What a server beside this one says, which ends with status 1."""
         (self.folder / "second.toml").write_text(config)
-        result = subprocess.run([operated_server.PHEROMONED, "--config", "second.toml"], cwd=self.folder, text=True,
+        result = subprocess.run([operated_server.BIN / "pheromoned", "--config", "second.toml"], cwd=self.folder, text=True,
                                 capture_output=True, timeout=PATIENCE_S, check=False)
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertNotIn("ready: ", result.stderr)
@@ -90,7 +90,7 @@ class DoorTest(OperatedServer):
         return result.stderr
 
     def test_a_second_server_beside_it_ends_and_says_who_has_socket_and_port(self):
-        holder = rf"pheromoned \(process {self.process.pid}, since \d+-\d+-\d+ \d+:\d+:\d+\)"
+        holder = rf"pheromoned \(process {self.daemon.process.pid}, since \d+-\d+-\d+ \d+:\d+:\d+\)"
         config = operated_server.CONFIG.replace("radio-a.pty", "second.pty")
         self.assertRegex(self.second(config), "control: pheromoned.sock: in use by " + holder
                          + "; a server that pheromonectl cannot reach does not start")
@@ -116,4 +116,4 @@ class DoorTest(OperatedServer):
 
 
 if __name__ == "__main__":
-    operated_server.main(__doc__)
+    operated_server.main()

@@ -245,8 +245,8 @@ class TextOfServersTest(Folder):
 
 class CompletionTest(Folder):
     NAMES = ("$(touch${IFS}mine)", "`touch${IFS}mine`", "a;touch${IFS}mine", "plain-7", "*", "a'b")
-    # Completes `pheromonectl --link ` and, as if the line were entered, reads each word again.
-    DRIVER = """source "$1"; COMP_WORDS=("$2" --link ""); COMP_CWORD=2; _pheromonectl
+    # Completes `pheromonectl clients --link ` and, as if the line were entered, reads each word again.
+    DRIVER = """source "$1"; COMP_WORDS=("$2" clients --link ""); COMP_CWORD=3; _pheromone
 eval "printf '%s\\n' ${COMPREPLY[*]}"
 """
 
@@ -254,7 +254,7 @@ eval "printf '%s\\n' ${COMPREPLY[*]}"
         links = json.dumps({"links": [{"name": it} for it in self.NAMES]}).encode()
         self.fake(lambda *_: (200, links))
         result = subprocess.run(
-            ["bash", "-c", self.DRIVER, "bash", ROOT / "deploy/completion/pheromonectl",
+            ["bash", "-c", self.DRIVER, "bash", ROOT / "deploy/completion/pheromone",
              BIN / "pheromonectl"], cwd=self.folder, text=True, capture_output=True, check=True,
             env={"PATH": "/usr/bin:/bin", "PHEROMONE_SOCKET": "fake.sock"})
         self.assertEqual(result.stderr, "")

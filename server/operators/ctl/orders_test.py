@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """Orders to robots through a running pheromoned: commands, goals and halts.
 
-    orders_test.py --pheromoned build/release/bin/pheromoned
-                   --pheromonectl build/release/bin/pheromonectl
+    orders_test.py build/release/bin
 """
 
 import itertools
@@ -12,8 +11,8 @@ import threading
 import time
 
 import operated_server  # which knows where proto_tests is
-from operated_server import OperatedServer, PATIENCE_S
-from operated_daemon import await_that
+from operated_server import OperatedServer
+from operated_daemon import PATIENCE_S, await_that
 from stranger import wire
 from stranger.client import open_terminal
 from stranger.client import Client
@@ -22,7 +21,7 @@ from stranger.client import Client
 class OrdersTest(OperatedServer):
     def test_a_command_waits_for_the_robots_word(self):
         robot = self.robot(24)
-        with subprocess.Popen([operated_server.PHEROMONECTL, "command", "radio-a", "24", "speed", "250"],
+        with subprocess.Popen([operated_server.BIN / "pheromonectl", "command", "radio-a", "24", "speed", "250"],
                               cwd=self.folder, stdout=subprocess.PIPE, text=True) as ctl:
             message = self.receive(robot, 24)
             self.assertEqual(message[3:], bytes([3, 250, 0]))  # code, i16
@@ -36,7 +35,7 @@ class OrdersTest(OperatedServer):
                                           (42, 136, 125, "battery: 12.5 V"),
                                           (43, 7, 250, "speed_mm_s: 250 mm/s"),
                                           (44, 133, 6, "why it stands: 6 (fail-safe, halted)")):
-            with subprocess.Popen([operated_server.PHEROMONECTL, "command", "radio-a", "26", "get", str(number)],
+            with subprocess.Popen([operated_server.BIN / "pheromonectl", "command", "radio-a", "26", "get", str(number)],
                                   cwd=self.folder, stdout=subprocess.PIPE, text=True) as ctl:
                 message = self.receive(robot, 26)
                 self.assertEqual(message[3:], bytes([9, number]))
@@ -125,11 +124,11 @@ class OrdersTest(OperatedServer):
         self.assertIn("  robot 52 on radio-a was not seen to stand\n", told)
         self.assertIn("  robot 53 on radio-a has been silent for ", told)
         self.assertNotIn("robot 51", told)
-        sent = subprocess.run([operated_server.PHEROMONECTL, "goto", "radio-a", "53", "2", "2"], cwd=self.folder,
+        sent = subprocess.run([operated_server.BIN / "pheromonectl", "goto", "radio-a", "53", "2", "2"], cwd=self.folder,
                               text=True, capture_output=True, timeout=PATIENCE_S, check=False)
         self.assertRegex(sent.stderr, r"^pheromonectl: robot 53 on radio-a has been silent for .*"
                          r"; it goes there once it is heard again\n$")
-        sent = subprocess.run([operated_server.PHEROMONECTL, "command", "radio-a", "53", "halt", "--no-wait"],
+        sent = subprocess.run([operated_server.BIN / "pheromonectl", "command", "radio-a", "53", "halt", "--no-wait"],
                               cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE_S,
                               check=False)
         self.assertRegex(sent.stderr, r"^pheromonectl: robot 53 on radio-a has been silent for .*"
@@ -150,4 +149,4 @@ class OrdersTest(OperatedServer):
 
 
 if __name__ == "__main__":
-    operated_server.main(__doc__)
+    operated_server.main()

@@ -19,11 +19,11 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[4]
 sys.path[:0] = [str(ROOT / "server/daemon"), str(ROOT / "proto_tests")]
 import running_daemon  # noqa: E402
+from checks import PATIENCE_S, await_that  # noqa: E402
 from stranger.client import Client, open_terminal  # noqa: E402
 from stranger.wire import crc16  # noqa: E402
 
 BIN = pathlib.Path()
-PATIENCE_S = 120  # of a busy machine; nothing waits this long when things are well
 NAMES = ["N1", "N2", "N3", "N4", "N5", "N6", "S1", "S2", "S3", "S4", "P", "Src"]
 TAGS = {name: number for number, name in enumerate(NAMES, 1)}
 PLACE = (5000, 5000)  # all tags are there: what is tried here are records, not wheels
@@ -155,7 +155,7 @@ class LiveNetTest(unittest.TestCase):
         self.server = running_daemon.Running(self.folder, "--config", "test.toml")
         self.addCleanup(self.server.__exit__)
         self.server.await_log("ready")
-        await_that(lambda: self.net()["firings"] or self.has_signs("Src"))
+        await_that(lambda: self.net()["firings"] or self.has_signs("Src"), "the net goes on")
 
     def has_signs(self, tag):
         return len(json.loads(self.ctl("tags", "show", tag, "--json"))["blocks"]) >= 2
@@ -238,7 +238,7 @@ class LiveNetTest(unittest.TestCase):
         damaged = encode(robot.net, 9, PRESENT)
         damaged["object"] ^= 1 << 16  # of the CRC
         robot.leave_record("N1", damaged)
-        await_that(lambda: self.net()["exceptions"] == 2)
+        await_that(lambda: self.net()["exceptions"] == 2, "two exceptions")
         robot.seq = 10
         robot.leave_record("N1", encode(robot.net ^ 1, robot.seq, PRESENT))
         self.assertEqual(robot.await_answer("N1")[1], REFUSED)
@@ -257,7 +257,7 @@ class LiveNetTest(unittest.TestCase):
         exported = self.ctl("tags", "export", "--format", "ntriples")
         self.assertEqual(exported, "", "records are no facts")
         self.ctl("net", "reset", "bench")
-        await_that(lambda: robot.signs("N5")[1] == 0)
+        await_that(lambda: robot.signs("N5")[1] == 0, "the sign is taken back")
         self.assertEqual(self.net()["marking"]["nest"], 2)
         self.assertIn("there is no net", self.ctl("net", "reset", "get", status=1))
         robot.leave_nest()
@@ -282,12 +282,6 @@ class LiveNetTest(unittest.TestCase):
         self.assertIn('tag "Src" of the net is [[tag]] "Src", which is missing',
                       self.ctl("reload", status=1))
         self.assertEqual(self.net()["law"], "e1")
-
-
-def await_that(condition):
-    end = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end
 
 
 if __name__ == "__main__":
