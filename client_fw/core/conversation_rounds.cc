@@ -125,17 +125,19 @@ void Conversation::TakeTurn(const Odometry* odometry) {
   asked_index_ = medium_.rounds()->values().turn;
 }
 
-// No ROUND for long: the server may have been restarted, and does not know us then.
+// No ROUND for long: the server may have been restarted, and does not know us then. All other
+// robots find that in the same moment.
 void Conversation::LeaveRounds() {
+  if (!in_rounds_) {
+    return;
+  }
+  in_rounds_ = false;
   if (in_turn_) {
     in_turn_ = false;
     Count(&Counters::timeouts);
-    Contend();
   }
-  if (in_rounds_) {
-    in_rounds_ = false;
-    GreetAgain();
-  }
+  SayHello();
+  Contend(MediumAccess::kBackOff);
 }
 
 // Whether what we have to send does not wait for a turn.

@@ -439,17 +439,31 @@ def traces_file():
         "What a client hears on a shared channel, and when it sends.", "",
         "name | ms: bytes; ... | MESSAGE from to; nothing until; ...", "",
         "The client has ID 7, asks SENSE of type 2, once in 200 ms, and takes part in rounds. At time 0 it",
-        "has received the answer to its HELLO: slot 3 ms, window 30 ms. 9600 baud: the bytes of a piece",
-        "follow each other, 1.04 ms each, and the last one of them is read at the time that is given. No",
-        "carrier; a gap timeout of 20 ms. Nobody else was heard before. The first column of what is expected",
-        "is in the order of time: a message whose first byte leaves from ... to ..., in ms, or \"nothing\"",
-        "until then; with +, from the end of its last frame on. 1 ms more is permitted where a clock has such",
-        "steps. \"nothing\" counts from the frame before, if there is one. Where a name begins with simple_, the",
-        "client has sent period 0 in HELLO; with slow_, slot and window are 12 and 60 ms; with adapter_, the",
-        "client has an adapter that may hold bytes back for 16 ms.")
+        "has received the answer to its HELLO: slot 3 ms, window 30 ms, last seq 4. 9600 baud: the bytes of a",
+        "piece follow each other, 1.04 ms each, and the last one of them is read at the time that is given,",
+        "also while the client sends. No carrier; a gap timeout of 20 ms, and no link that is resynchronised.",
+        "Nobody else was heard before. What is expected is in the order of time: a message whose first byte",
+        "leaves from ... to ..., in ms, or \"nothing\" until then, counted from the end of its last frame with +.",
+        "\"nothing\" ends with the message after it: nothing else comes in between. 1 ms more is permitted where",
+        "a clock has such steps. MESSAGE/n has the number n; where there is a TRACE, the client asks TRACE of",
+        "type 2 instead of SENSE, and repeats it byte for byte. Where a name has simple_ in it, the client has",
+        "sent period 0 in HELLO; with slow_, slot and window are 12 and 60 ms; with adapter_, the client has an",
+        "adapter that may hold bytes back for 16 ms. Over many boot counters, asks_within_its_window and",
+        "hello_after_the_rounds show each of the eight slots.")
+
+    def bytes_of(piece):
+        if isinstance(piece, str):
+            return bytes.fromhex(piece)
+        message, fields, *damaged = piece
+        if not damaged:
+            return wire_of(body_of(message, fields))
+        wire = bytearray(coded_of(body_of(message, fields)))
+        for at in damaged[0]:
+            wire[at] ^= 0x5A + at
+        return bytes(wire)
+
     for name, heard, expected in trace_vectors.TRACES:
-        data = [bytes.fromhex(piece) if isinstance(piece, str) else wire_of(body_of(*piece))
-                for _, piece in heard]
+        data = [bytes_of(piece) for _, piece in heard]
         first_ms = math.ceil(len(data[0]) * 10_000 / 9600) if data else 0
         pieces = [f"{first_ms + at}: {hexadecimal(one)}" for (at, _), one in zip(heard, data)]
         sent = [" ".join([what, *(ms if ms[0] == "+" else str(first_ms + int(ms)) for ms in times)])
