@@ -448,8 +448,9 @@ def traces_file():
         "a clock has such steps. MESSAGE/n has the number n; where there is a TRACE, the client asks TRACE of",
         "type 2 instead of SENSE, and repeats it byte for byte. Where a name has simple_ in it, the client has",
         "sent period 0 in HELLO; with slow_, slot and window are 12 and 60 ms; with adapter_, the client has an",
-        "adapter that may hold bytes back for 16 ms. Over many boot counters, asks_within_its_window and",
-        "hello_after_the_rounds show each of the eight slots.")
+        "adapter that may hold bytes back for 16 ms. Over many boot counters, asks_within_its_window,",
+        "request_of_another, its_answer_ends_the_window, hello_after_the_rounds and",
+        "simple_draws_among_the_slots show each of eight slots.")
 
     def bytes_of(piece):
         if isinstance(piece, str):
