@@ -19,7 +19,7 @@ WITH_COMMANDS = {"pheromone-swarm": 5, "pheromone-experiments": 7, "pheromone-tr
 
 # Sources the script and prints what it offers for the words given, the last of which is unfinished.
 DRIVER = """source "$1"; shift
-COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _pheromone_clients
+COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _pheromone
 printf '%s\\n' "${COMPREPLY[@]}"
 """
 
@@ -38,7 +38,7 @@ def options_of(*words):
 
 
 def offered(*words):
-    return set(run("bash", "-c", DRIVER, "bash", DEPLOY / "completion" / "pheromone-clients",
+    return set(run("bash", "-c", DRIVER, "bash", DEPLOY / "completion" / "pheromone",
                    BIN_DIR / words[0], *words[1:]).split())
 
 

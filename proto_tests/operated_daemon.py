@@ -16,6 +16,7 @@ import signal
 import socket
 import subprocess
 import tempfile
+import time
 
 from checks import PATIENCE_S, await_that, check
 from test_config import map_of, pheromone, pty, table
@@ -77,6 +78,8 @@ class OperatedDaemon:
     def __init__(self, bin_dir, folder, patience_s=PATIENCE_S, before=(), **environment):
         self.folder = folder
         self.log_file = folder / "pheromoned.log"
+        if self.log_file.exists():  # of an earlier one, for whoever looks at the folder
+            self.log_file.rename(folder / f"pheromoned-{time.monotonic_ns()}.log")
         program = bin_dir / "pheromoned"
         # A sanitizer wants to be loaded first, says so unless told not to, and keeps freed memory.
         self.keeps_memory = b"__asan_init" in program.read_bytes()

@@ -54,6 +54,15 @@ def run(*command, **kwargs):
                           timeout=10 * PATIENCE_S, check=False, **kwargs)
 
 
+def serve(folder, **options):
+    """With all links, whose ports another test could have taken."""
+    daemon = OperatedDaemon(BIN, folder, **options)
+    if "ready: 4 of 4 links up" not in daemon.log():
+        daemon.kill()
+        raise AssertionError(daemon.log())
+    return daemon
+
+
 def replay(*files):
     return run(BIN / "pheromonectl", "replay", *files)
 
@@ -149,7 +158,7 @@ class ReplayTest(unittest.TestCase):
         cls.logs = []
         for run_number in range(2):
             write_config(cls.folder, config(cls.tau_s, cls.ports))
-            with OperatedDaemon(BIN, cls.folder) as daemon:
+            with serve(cls.folder) as daemon:
                 robots = list(all_robots(cls.folder, cls.ports, 100 * run_number))
                 time.sleep(SECONDS / 4)
                 if run_number == 0:
@@ -229,7 +238,7 @@ class ReplayTest(unittest.TestCase):
         write_config(folder, config(self.tau_s, ports))
         read = {name: size for name, size in re.findall(
             r"link (\S+): \d+ frames in (\d+) bytes received", self.logs[1])}
-        with OperatedDaemon(BIN, folder) as daemon:
+        with serve(folder) as daemon:
             for name, to in ((PTYS[0], folder / "radio-a.pty"), (TCPS[0], f"127.0.0.1:{ports[0]}")):
                 result = run(BIN / "pheromonectl", "replay", self.files[1], "--to", to, "--link",
                              name, "--speed", 1000)
@@ -262,7 +271,7 @@ class CommandedTest(unittest.TestCase):
             self.assertLess(time.monotonic(), deadline)
 
     def test_what_is_recorded_between_start_and_stop_in_the_middle_of_traffic_is_replayed(self):
-        with OperatedDaemon(BIN, self.folder) as daemon:
+        with serve(self.folder) as daemon:
             robots = list(all_robots(self.folder, self.ports, 700))
             files = []
             for _ in range(3):
@@ -284,7 +293,7 @@ class CommandedTest(unittest.TestCase):
     def test_a_recording_that_a_full_disk_ends_is_seen_and_another_may_begin(self):
         # To a process, that is what a full disk is: files of 100 kB, 512 bytes a block.
         limit_files = ("sh", "-c", "trap '' XFSZ; ulimit -f 200; exec \"$@\"", "sh")
-        with OperatedDaemon(BIN, self.folder, before=limit_files) as daemon:
+        with serve(self.folder, before=limit_files) as daemon:
             ctl(daemon, "capture", "start")
             line = open_terminal(self.folder / "radio-a.pty")
             client = Client(line, 7, timeout=5)
@@ -315,7 +324,7 @@ class RotationTest(unittest.TestCase):
             folder = pathlib.Path(name)
             ports = [free_port(), free_port()]
             write_config(folder, config(1, ports, max_mb=1))
-            with OperatedDaemon(BIN, folder) as daemon:
+            with serve(folder) as daemon:
                 line = open_terminal(folder / "radio-a.pty")
                 client = Client(line, 7, timeout=5)
                 client.hello(1)

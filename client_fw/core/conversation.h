@@ -100,6 +100,7 @@ class Conversation : private ConversationState, private LinkSigning {
     if (other) {
       in_turn_ = false;
       in_rounds_ = false;
+      medium_.rounds()->Decline();
       GreetAgain();
     }
   }

@@ -433,6 +433,17 @@ TEST(RoundsTest, WhoCanNotTellTheTimeOfAByteLeaves) {
   EXPECT_EQ(1u, harness.counters().answers);
 }
 
+TEST(RoundsTest, WhoLeavesBeforeItsTurnSaysHelloUntilItIsAnswered) {
+  Rounds harness;
+  harness.Greet();
+  harness.Grant({kOther, kTestId});
+  harness.conversation.SetAdapter(16, false);
+  for (int i = 0; i < 3; ++i) {  // there may be no ROUND any more
+    ASSERT_TRUE(harness.RunUntilSent(4000)) << i;
+    EXPECT_EQ(0, RoundPeriodOf(harness.sent));
+  }
+}
+
 TEST(RoundsTest, WhoCanTellItNowJoins) {
   Parameters parameters = TestParameters();
   parameters.rounds = false;

@@ -40,34 +40,31 @@ def read_until(robot, lines, holds, what):
 
 def run(bin_dir, avr_live, image, folder):
     write_config(folder, CONFIG)
-    daemon = OperatedDaemon(bin_dir, folder)
-    robot = subprocess.Popen([avr_live, image, folder / "radio-a.pty"], stdout=subprocess.PIPE, text=True)
     lines = []
-    try:
-        read_until(robot, lines, lambda x, y: x > 1.0, "it has moved a metre along the path")
-        check(abs(float(lines[-1].split()[1]) - 0.1) < 0.15, f"off the path: {lines[-1]}")
+    with OperatedDaemon(bin_dir, folder) as daemon, subprocess.Popen(
+            [avr_live, image, folder / "radio-a.pty"], stdout=subprocess.PIPE, text=True) as robot:
+        try:
+            read_until(robot, lines, lambda x, y: x > 1.0, "it has moved a metre along the path")
+            check(abs(float(lines[-1].split()[1]) - 0.1) < 0.15, f"off the path: {lines[-1]}")
 
-        daemon.process.send_signal(signal.SIGSTOP)
-        places = []
+            daemon.process.send_signal(signal.SIGSTOP)
+            places = []
 
-        def stands(x_m, y_m):
-            places.append((x_m, y_m))
-            return len(places) >= 3 and places[-1] == places[-2]
+            def stands(x_m, y_m):
+                places.append((x_m, y_m))
+                return len(places) >= 3 and places[-1] == places[-2]
 
-        read_until(robot, lines, stands, "it stands for want of answers")
-        daemon.process.send_signal(signal.SIGCONT)
-        x_m = places[-1][0]
-        read_until(robot, lines, lambda x, y: x > x_m + 0.3, "it drives again")
+            read_until(robot, lines, stands, "it stands for want of answers")
+            daemon.process.send_signal(signal.SIGCONT)
+            x_m = places[-1][0]
+            read_until(robot, lines, lambda x, y: x > x_m + 0.3, "it drives again")
 
-        robot.send_signal(signal.SIGTERM)
-        robot.communicate(timeout=PATIENCE_S)
-        check(robot.returncode == 0, f"the robot ended with status {robot.returncode}")
-        daemon.stop()
-    finally:
-        for process in (robot, daemon.process):
-            if process.poll() is None:
-                process.kill()
-                process.wait()
+            robot.send_signal(signal.SIGTERM)
+            robot.communicate(timeout=PATIENCE_S)
+            check(robot.returncode == 0, f"the robot ended with status {robot.returncode}")
+            daemon.stop()
+        finally:
+            robot.kill()
     print("".join(lines[-1:]))
 
 

@@ -224,7 +224,10 @@ class Standby:
         """On a busy machine, a server may end and is to be started again, as systemd does, and each
         may have one of the channels: then one hands its own over."""
         for node, daemon in self.machines.daemons.items():
-            if daemon.process.poll() is not None:
+            status = daemon.process.poll()
+            if status is not None:
+                check(status in (0, 1, -signal.SIGKILL), f"{node} ended with {status}:\n{daemon.log()}")
+                print(f"{node} ended with {status}, and starts again: {daemon.log().splitlines()[-1]}")
                 self.machines.start(node)
         told = {node: states(self.machines, node) for node in "ab"}
         standby = {node: [name for name in CHANNELS if "standby" in told[node].get(name, "")]

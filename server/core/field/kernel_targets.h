@@ -1,6 +1,6 @@
 // Which instruction sets the sources are compiled for that Highway compiles once for each
-// (kernel_vectors.cc, diffusion_vectors.cc), and which of them this processor has. Included by
-// these alone, ahead of Highway's own headers:
+// (kernel_vectors.cc, diffusion_vectors.cc, bench/wide.cc), and which of them this processor has.
+// Included by these alone, ahead of Highway's own headers:
 //
 //   #define HWY_TARGET_INCLUDE "server/core/field/kernel_vectors.cc"
 //   #include "server/core/field/kernel_targets.h"

@@ -130,7 +130,7 @@ std::vector<const Wide*> AllWides() {
   static const Compiled<Wide> compiled[] = PHEROMONE_COMPILED(kWide);
   std::vector<const Wide*> wides = {&HWY_STATIC_DISPATCH(kWide)};
   for (const Compiled<Wide>& each : compiled) {
-    if (each.kernel != nullptr && Runs(each.target)) {
+    if (each.kernel != nullptr && each.target != HWY_STATIC_TARGET && Runs(each.target)) {
       wides.push_back(each.kernel);
     }
   }

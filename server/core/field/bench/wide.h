@@ -39,7 +39,7 @@ struct Wide {
 
   /// sum[a] = sum of C mu over all nodes ahead of the axle line, for both antennas in one pass.
   void (*scan)(const ScanQuery& query, float* sum);
-  /// The same; but where no node of a register is in reach, the rest of the work is left out.
+  /// The same; but where no node of a register is in reach, it is prefetched and no more.
   void (*scan_skipping)(const ScanQuery& query, float* sum);
 
   /// grid[i] *= keep.
