@@ -321,6 +321,10 @@ def hexadecimal(data):
     return " ".join(f"{byte:02X}" for byte in data) or "-"
 
 
+def damaged(wire, places):
+    return bytes(byte ^ (0x5A + at) if at in places else byte for at, byte in enumerate(wire))
+
+
 def header(*lines):
     made = ("Made by make_vectors.py: edit the list there. Columns are separated by |, bytes are",
             "hexadecimal, - stands for none, # begins a comment line.")
@@ -404,13 +408,11 @@ def fields_file():
 
 
 def streams_file(table):
-    def coded(name, *damaged):
+    def coded(name, *places):
         name, _, part = name.partition("[")
-        wire = bytearray(coded_of(table[name][0]))
-        for at in map(int, damaged[1:]):
-            wire[at] ^= 0x5A + at
+        wire = damaged(coded_of(table[name][0]), [*map(int, places[1:])])
         first, _, last = part.rstrip("]").partition(":")
-        return bytes(wire[int(first or 0):int(last or len(wire))])
+        return wire[int(first or 0):int(last or len(wire))]
 
     def bytes_of(piece, column):
         if piece.startswith("coded "):
@@ -455,13 +457,8 @@ def traces_file():
     def bytes_of(piece):
         if isinstance(piece, str):
             return bytes.fromhex(piece)
-        message, fields, *damaged = piece
-        if not damaged:
-            return wire_of(body_of(message, fields))
-        wire = bytearray(coded_of(body_of(message, fields)))
-        for at in damaged[0]:
-            wire[at] ^= 0x5A + at
-        return bytes(wire)
+        body = body_of(*piece[:2])
+        return damaged(coded_of(body), piece[2]) if len(piece) == 3 else wire_of(body)
 
     for name, heard, expected in trace_vectors.TRACES:
         data = [bytes_of(piece) for _, piece in heard]

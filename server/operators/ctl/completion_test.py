@@ -5,6 +5,7 @@
     completion_test.py build/release/bin
 """
 
+import functools
 import pathlib
 import re
 import subprocess
@@ -30,6 +31,7 @@ def offered(*words, program="pheromonectl"):
     return set(result.stdout.split())
 
 
+@functools.cache
 def help_of(*command):
     return subprocess.run([BIN / command[0], *command[1:], "--help"], text=True, capture_output=True,
                           check=True).stdout
@@ -57,9 +59,8 @@ class CompletionTest(unittest.TestCase):
         return len(options) + sum(self.walk(*command, it) for it in below)
 
     def test_every_command_and_option_is_offered(self):
-        self.assertEqual(offered(""), set(commands_of("pheromonectl")))
-        for command in ("status",), ("net", "draw"), ("tags", "write"), ("export",):
-            self.assertGreater(self.walk("pheromonectl", *command), 1)
+        self.assertGreater(len(commands_of("pheromonectl")), 14)
+        self.assertGreater(self.walk("pheromonectl"), 80)
         self.walk("pheromoned")
 
     def test_beginnings_are_completed(self):
