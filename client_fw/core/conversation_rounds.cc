@@ -70,11 +70,8 @@ void Conversation::CheckTurns(const Odometry* odometry) {
   if (medium_.rounds()->left_ms() == 0) {
     LeaveRounds();
   }
-  const Rounds::Turn turn = medium_.rounds()->TurnDue(medium_.state().receiving);
-  if (turn == Rounds::kDue) {
+  if (medium_.rounds()->TurnDue(medium_.state().receiving) == Rounds::kDue) {
     TakeTurn(odometry);
-  } else if (turn == Rounds::kMissed) {
-    Count(&Counters::skipped_turns);
   }
 }
 

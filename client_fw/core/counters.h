@@ -39,7 +39,6 @@ struct ConversationCounters {  // plain memory: ConversationCounters() is all ze
   unsigned heard;              ///< frames of or to other robots
   unsigned rounds;             ///< ROUNDs heard
   unsigned turns;              ///< taken in them
-  unsigned skipped_turns;      ///< not taken: the channel was not free
   unsigned own_id_heard;       ///< client frames with our ID: an echoing modem, or a double
 #if PHEROMONE_SIGNING
   unsigned forged;  ///< a server's frames to us or to all that are not signed, or not so

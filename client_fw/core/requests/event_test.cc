@@ -201,7 +201,7 @@ TEST(LostTrailTest, IsReportedOnceAfterTheTimeAndEndsWithASmell) {
   EXPECT_FALSE(harness.conversation.state().trail_lost);
   EXPECT_EQ(0, harness.conversation.state().flags);
   EXPECT_NE(kStill, harness.conversation.state().wheels);
-  EXPECT_EQ(1u, harness.counters().lost_trails);
+  EXPECT_EQ(1u, harness.events.size());
 }
 
 // Each antenna by itself, and of either sign.

@@ -430,7 +430,6 @@ TEST(ErrorTest, OffTheMapStopsUntilAnAnswerComes) {
   harness.AnswerError(Reason::kOffTheMap);
   EXPECT_EQ(kStill, harness.conversation.state().wheels);
   EXPECT_EQ(kOffTheMap, harness.conversation.state().flags);
-  EXPECT_EQ(1u, harness.counters().off_the_map_stops);
   ASSERT_TRUE(harness.RunUntilSent());  // it may have been carried back
   harness.Answer(0, 0);
   EXPECT_EQ(kStraight, harness.conversation.state().wheels);
@@ -448,9 +447,10 @@ TEST(ErrorTest, CoordinateOutOfRangeIsNeverSent) {
     EXPECT_EQ(requests, harness.counters().requests);
     EXPECT_EQ(kStill, harness.conversation.state().wheels);
     EXPECT_EQ(kOffTheMap, harness.conversation.state().flags);
-    EXPECT_EQ(1u, harness.counters().off_the_map_stops);
     harness.pose.x_mm = 32767;
     harness.Serve(400);
+    ASSERT_EQ(1u, harness.events.size());
+    EXPECT_EQ(protocol::EventCode::kOffTheMap, harness.events[0].code);
     EXPECT_EQ(kStraight, harness.conversation.state().wheels);
   }
 }

@@ -279,7 +279,6 @@ void Behaviour::OnIntensities(int16_t left, int16_t right, BinaryAngle heading) 
     state_.trail_lost = true;
     careful_ = kCarefulStart;
     spiral_ = state_.parameters.lost_trail == LostTrail::kSpiral ? kFirstSpiral : 0;
-    ++state_.lost_trails;
     Report(BitOf(EventCode::kTrailLost));
   }
   spiral_ = static_cast<int16_t>(spiral_ - spiral_ / 32);
@@ -329,7 +328,6 @@ PHEROMONE_BY_POINTER void Behaviour::Check() {
 
 void Behaviour::OnOffTheMap() {
   if ((state_.flags & kOffTheMap) == 0) {
-    ++state_.off_the_map_stops;
     SetFlags(kOffTheMap, 0);
     Report(BitOf(EventCode::kOffTheMap));
   }

@@ -63,9 +63,7 @@ enum Order : uint8_t {
 
 /// All wrap.
 struct BehaviourCounters {
-  unsigned fail_safe_stops;    ///< stopped because answers were missing
-  unsigned off_the_map_stops;  ///< stopped because the pose is outside of the map
-  unsigned lost_trails;        ///< sensed nothing for lost_after_ms
+  unsigned fail_safe_stops;  ///< stopped because answers were missing
 };
 
 struct BehaviourValues : BehaviourCounters {  // plain memory: all zero

@@ -256,7 +256,6 @@ TEST_F(BehaviourTest, OffTheMapItStandsUntilAnAnswerAndReportsItOnce) {
   behaviour_.OnOffTheMap();
   behaviour_.OnOffTheMap();
   EXPECT_EQ(flags(), kOffTheMap);
-  EXPECT_EQ(behaviour_.state().off_the_map_stops, 1u);
   EXPECT_EQ(Events(), (Told{{EventCode::kOffTheMap, 0}}));
   behaviour_.OnIntensities(4096, 4096, 0);
   EXPECT_TRUE(Drives());
@@ -276,7 +275,6 @@ TEST_F(BehaviourTest, ATrailIsLostAfterItsTimeAndStopsThoseThatStop) {
   behaviour.Advance(1);
   behaviour.OnIntensities(0, 0, 0);
   EXPECT_EQ(behaviour.state().flags, kTrailLost);
-  EXPECT_EQ(behaviour.state().lost_trails, 1u);
   EventCode event{};
   behaviour.TakeEvent(&event);
   EXPECT_EQ(event, EventCode::kTrailLost);
