@@ -276,7 +276,10 @@ def follows_a_path_over_tcp_and_goes_on_after_every_cut(bin_dir, folder):
         cut_s = pioneer.now_s()
         cable.swallows = True
         print(f"its network fell silent: the robot stood after {pioneer.stands() - cut_s:.2f} s")
+        cut_line = told
         told = robot.await_line(f"robot {address}: nothing received for 3 s; trying again", told)
+        robot.await_line("the robot is not heard", cut_line)
+        check(not any(" stands: " in line for line in robot.lines[cut_line:]), robot.text())
         cable.swallows = False
         robot.await_line(f"robot {address}: session open", told)
         pioneer.drives()
@@ -343,10 +346,15 @@ class RatedCable:
 def finds_a_robot_that_was_left_at_another_rate(bin_dir, folder):
     with World(bin_dir, folder) as world:
         port = folder / "pioneer.pty"
+        later = folder / "later"
+        robot = world.robot(later, "radio-a.pty", "--status", "1")
+        for _ in range(3):  # longer than it tries one rate
+            robot.await_line("pose unknown", len(robot.lines))
         pioneer = world.start(Pioneer(bin_dir, "--pty", port))
         cable = RatedCable(port, termios.B38400)
-        robot = world.robot(cable.path, "radio-a.pty")
+        later.symlink_to(cable.path)
         robot.await_line("no answer at 9600 baud, trying 38400")
+        check("no answer at 38400" not in robot.text(), robot.text())
         robot.await_line("session open")
         robot.await_line("drives")
         ends(robot, signal.SIGTERM)

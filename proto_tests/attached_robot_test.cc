@@ -344,6 +344,20 @@ TEST(AttachedRobot, AnswerThatWaitedForAPausedProgramDoesNotSteer) {
   EXPECT_GT(world.pioneer.drive().motion().speed_m_s, 0.19);
 }
 
+// Several reports are read at once then, and the button is pressed in the first of them only.
+TEST(AttachedRobot, AStopButtonThatWasPressedDuringAPauseHaltsTheRobot) {
+  World world(200);
+  world.Run(6000);
+  ASSERT_TRUE(world.pioneer.motors_enabled());
+  world.pioneer.set_stop_pressed(true);
+  world.Run(120, false);
+  world.pioneer.set_stop_pressed(false);
+  world.Run(300, false);
+  world.Run(3000);
+  EXPECT_EQ(client::kHalted, world.robot.conversation().state().flags);
+  EXPECT_FALSE(world.pioneer.motors_enabled());
+}
+
 TEST(AttachedRobot, LeavesARobotThatStandsAndASessionThatIsClosed) {
   World world(300);
   world.Run(6000);
@@ -393,7 +407,7 @@ TEST(AttachedRobot, ANewConnectionHasItsSessionWithin2SWhateverTheOldOneWasDoing
     world.pioneer.HangUp();
     world.Run(17 * round);
     world.cable_cut = false;
-    world.robot.OnRobotConnected();
+    world.robot.OnRobotConnected(false);
     const int64_t began_ms = world.now_ms;
     while (!world.robot.pioneer().known() && world.now_ms - began_ms < 5000) {
       world.Run(1);

@@ -1,5 +1,6 @@
 #include "client_fw/attach/address.h"
 
+#include <arpa/inet.h>
 #include <netdb.h>
 
 #include <algorithm>
@@ -64,6 +65,10 @@ Result<Address> ParseAddress(const std::string& text, uint32_t baud) {
   }
   const bool is_path = text.find('/') != std::string::npos || text.find(':') == std::string::npos;
   if (is_path) {
+    in_addr host = {};
+    if (inet_pton(AF_INET, text.c_str(), &host) == 1) {
+      return Error{text + ": no port, expected HOST:PORT, such as " + text + ":8101"};
+    }
     return address;
   }
   std::string_view rest = text;

@@ -56,6 +56,7 @@ TEST(ParseAddress, TellsWhatIsWrong) {
       {"udp://127.0.0.1:4951",
        "udp://127.0.0.1:4951: expected a serial port, HOST:PORT or "
        "udp:HOST:PORT, without slashes"},
+      {"127.0.0.1", "127.0.0.1: no port, expected HOST:PORT"},
       {"127.0.0.1:", "port \"\", expected 1 to 65535"},
       {"127.0.0.1:0", "port \"0\", expected 1 to 65535"},
       {"127.0.0.1:65536", "port \"65536\", expected 1 to 65535"},

@@ -68,9 +68,10 @@ class Attachment {
     now_ms_ = (MonotonicNs() - start_ns_) / kNsPerMs;
     port_.Advance(now_ms_);
     servers_.Advance(now_ms_);
-    if (port_.address().kind != Address::Kind::kSerial && openings_ != port_.openings()) {
+    if (openings_ != port_.openings()) {
       openings_ = port_.openings();
-      robot_.OnRobotConnected();
+      robot_.OnRobotConnected(port_.address().kind == Address::Kind::kSerial);
+      counted_rates_ = robot_.pioneer().rate();
     }
     for (int i = 0; i < kMaxReads; ++i) {
       const std::span<const uint8_t> bytes = port_.Read(now_ms_);
@@ -125,14 +126,18 @@ class Attachment {
     }
   }
 
+  // To the next rate, if the port was open at this one.
   void FollowRate() {
-    const uint32_t before = port_.address().baud;
-    const uint32_t rate = rates_[robot_.pioneer().rate() % rates_.size()];
-    if (port_.address().kind == Address::Kind::kSerial && port_.up() && rate != before) {
-      SayLine(now_ms_, fmt::format("robot {}: no answer at {} baud, trying {}",
-                                   port_.address().text, before, rate));
-      port_.SetBaud(rate);
+    if (port_.address().kind != Address::Kind::kSerial || !port_.up() ||
+        counted_rates_ == robot_.pioneer().rate()) {
+      return;
     }
+    counted_rates_ = robot_.pioneer().rate();
+    const uint32_t before = rates_[rate_];
+    rate_ = (rate_ + 1) % rates_.size();
+    SayLine(now_ms_, fmt::format("robot {}: no answer at {} baud, trying {}", port_.address().text,
+                                 before, rates_[rate_]));
+    port_.SetBaud(rates_[rate_]);
   }
 
   bool Leave() {
@@ -163,8 +168,10 @@ class Attachment {
   int64_t start_ns_ = MonotonicNs();
   int64_t now_ms_ = 0;
   int64_t next_status_ms_ = 0;
-  uint64_t openings_ = 0;  // of the robot's port
-  bool sending_ = false;   // a frame is on its way through the modem
+  uint64_t openings_ = 0;      // of the robot's port
+  size_t rate_ = 0;            // that it has, of rates_
+  uint8_t counted_rates_ = 0;  // without an answer, since the port was opened or before
+  bool sending_ = false;       // a frame is on its way through the modem
 };
 
 }  // namespace

@@ -5,9 +5,6 @@
 namespace pheromone::attach {
 namespace {
 
-// A Pioneer stands that has reported the same pose so often after another.
-constexpr int kEqualPoses = 3;
-
 bool Same(const client::Odometry& a, const client::Odometry& b) {
   return a.x_mm == b.x_mm && a.y_mm == b.y_mm && a.heading == b.heading;
 }
@@ -24,10 +21,10 @@ void AttachedRobot::OnRobotBytes(std::span<const uint8_t> bytes) {
   }
 }
 
-void AttachedRobot::OnRobotConnected() {
+void AttachedRobot::OnRobotConnected(bool close_first) {
   board_.reports = {};
   board_.commands = {};
-  drive_.Restart();
+  drive_.Restart(close_first);
 }
 
 void AttachedRobot::OnModemBytes(std::span<const uint8_t> bytes) {
@@ -40,6 +37,7 @@ void AttachedRobot::Step(uint32_t now_ms) {
   }
   board_.set_millis(now_ms);
   drive_.Step();
+  WatchPose();
   if (leaving_ != Leaving::kNo) {
     StepLeaving(now_ms);
     return;
@@ -73,20 +71,23 @@ void AttachedRobot::Leave() {
   }
   leaving_ = Leaving::kStopping;
   leave_ms_ = board_.millis();
-  odometry_ = drive_.pioneer().odometry();
-  sips_ = drive_.pioneer().sips();
+  equal_poses_ = 0;
   drive_.set_wheel_speeds(0, 0);  // repeated by the link to the Pioneer
 }
 
-void AttachedRobot::StepLeaving(uint32_t now_ms) {
+void AttachedRobot::WatchPose() {
   const client::Pioneer& pioneer = drive_.pioneer();
-  if (sips_ != pioneer.sips()) {
+  if (!pioneer.known()) {
+    equal_poses_ = -1;  // the first report of a session tells no motion
+  } else if (sips_ != pioneer.sips()) {
     sips_ = pioneer.sips();
     equal_poses_ = Same(odometry_, pioneer.odometry()) ? equal_poses_ + 1 : 0;
     odometry_ = pioneer.odometry();
   }
-  stands_ = pioneer.known() && equal_poses_ >= kEqualPoses;
-  if (pioneer.known() && !stands_ && now_ms - leave_ms_ < kLongestStopMs) {
+}
+
+void AttachedRobot::StepLeaving(uint32_t now_ms) {
+  if (drive_.pioneer().known() && !stands() && now_ms - leave_ms_ < kLongestStopMs) {
     return;
   }
   // Without a session too: a robot that does not reach us may hear us.

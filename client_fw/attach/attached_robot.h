@@ -40,8 +40,9 @@ class AttachedRobot {
   AttachedRobot(const AttachedRobot&) = delete;
   AttachedRobot& operator=(const AttachedRobot&) = delete;
 
-  /// A new connection to the Pioneer: the session of the one before has ended with it.
-  void OnRobotConnected();
+  /// A new connection to the Pioneer. With the one before a session has ended; on a serial port
+  /// (`close_first`) it may not have.
+  void OnRobotConnected(bool close_first);
   void OnRobotBytes(std::span<const uint8_t> bytes);
   void OnModemBytes(std::span<const uint8_t> bytes);
   /// The server is another one, which does not know this robot.
@@ -62,8 +63,8 @@ class AttachedRobot {
   void Leave();
   /// That is done, or there is no session to close.
   bool left() const { return leaving_ == Leaving::kLeft; }
-  /// Meaningful when it has left: the robot has confirmed that it stands.
-  bool stands() const { return stands_; }
+  /// The robot is heard, and has reported the same pose again and again.
+  bool stands() const { return drive_.pioneer().known() && equal_poses_ >= kEqualPoses; }
 
   const client::Conversation& conversation() const { return robot_.conversation(); }
   const client::Pioneer& pioneer() const { return drive_.pioneer(); }
@@ -84,7 +85,10 @@ class AttachedRobot {
     client::ByteRing<64> commands;   // to it
   };
   enum class Leaving { kNo, kStopping, kLeft };
+  // So many times after another.
+  static constexpr int kEqualPoses = 3;
 
+  void WatchPose();
   void StepLeaving(uint32_t now_ms);
 
   Board board_;
@@ -94,9 +98,8 @@ class AttachedRobot {
   std::vector<uint8_t> from_modem_;
   uint32_t last_step_ms_ = 0;
   Leaving leaving_ = Leaving::kNo;
-  bool stands_ = false;
   uint32_t leave_ms_ = 0;
-  // While leaving: the last reported pose, and how many reports before had the same.
+  // The last reported pose, and how many reports before had the same.
   client::Odometry odometry_{};
   int equal_poses_ = 0;
   uint8_t sips_ = 0;

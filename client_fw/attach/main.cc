@@ -41,6 +41,7 @@ struct Options {
   uint32_t robot_baud = 9600;
   std::optional<uint32_t> modem_baud;
   std::array<double, 3> start{};  // x, y in m, heading in degrees
+  double count_mm = client::kPioneerCount100Nm * 1e-4;
   client::Parameters client;
   std::string key;  // a file
   double seconds = 0;
@@ -101,6 +102,7 @@ int Run(const Options& options) {
   }
   const Address& modem = attach.servers.front();
   attach.client = options.client;
+  attach.client.drive_scale = static_cast<uint16_t>(std::lround(options.count_mm * 1e4));
   const auto [x_m, y_m, heading_deg] = options.start;
   attach.client.start = client::ToClientPose({x_m, y_m, heading_deg * std::numbers::pi / 180});
   attach.client.boot_counter = static_cast<uint16_t>(std::random_device{}());
@@ -167,6 +169,11 @@ int Main(int argc, char** argv) {
       ->required()
       ->type_name("X Y DEGREES");
   app.add_option("--id", client.id, "Robot ID, 1 to 254 (default: 1)")->check(WholeNumber(1, 254));
+  app.add_option(
+         "--count-mm", options.count_mm,
+         "DistConvFactor of the robot's model, mm: 0.485 of a Pioneer 3-DX (default), 0.465 "
+         "of a 3-AT; not used if the model's name ends in -sh")
+      ->check(Number(0.01, 3));
   app.add_option("--type", client.type, "Pheromone to follow, 1 to 15 (default: 1)")
       ->check(WholeNumber(1, 15));
   app.add_option("--speed", client.speed_mm_s, "K of the steering law, mm/s (default: 200)")

@@ -47,11 +47,11 @@ void SayIfNew(int64_t now_ms, std::string text, std::string* last) {
 
 }  // namespace
 
-std::string MotionText(uint8_t flags, bool trail_lost) {
+std::string MotionText(uint8_t flags, bool trail_lost, bool stands) {
   if (flags == 0) {
     return trail_lost ? "drives, trail lost" : "drives";
   }
-  return "stands: " + client::StopText(flags);
+  return (stands ? "stands: " : "stops: ") + client::StopText(flags);
 }
 
 std::string AlarmText(uint8_t alarms) {
@@ -136,13 +136,24 @@ void Reporter::LookForAnswers(int64_t now_ms) {
   answers_ = counters.answers;
 }
 
+// Nothing before its first session: whether it stands then, nobody has seen.
+std::string Reporter::MotionTextNow() {
+  if (!robot_->pioneer().known() || stale_) {
+    return motion_text_.empty() ? ""
+                                : "the robot is not heard: if it drives, its own watchdog stops it";
+  }
+  const client::BehaviourState& state = robot_->conversation().state();
+  driven_ = state.flags == 0 || (driven_ && !robot_->stands());
+  return state.flags == 0 || driven_ || robot_->stands()
+             ? MotionText(state.flags, state.trail_lost, robot_->stands())
+             : "";
+}
+
 void Reporter::Look(int64_t now_ms) {
   SayIfNew(now_ms, RobotText(), &robot_text_);
   LookForAnswers(now_ms);
   SayIfNew(now_ms, ServerText(), &server_text_);
-  const client::Conversation& conversation = robot_->conversation();
-  SayIfNew(now_ms, MotionText(conversation.state().flags, conversation.state().trail_lost),
-           &motion_text_);
+  SayIfNew(now_ms, MotionTextNow(), &motion_text_);
 }
 
 std::string Reporter::Status() const {

@@ -21,8 +21,9 @@
 
 namespace pheromone::attach {
 
-/// Why a robot with these client::StopFlags stands; "drives" if there are none.
-std::string MotionText(uint8_t flags, bool trail_lost);
+/// Why a robot with these client::StopFlags stands, or stops while it was not seen to stand;
+/// "drives" if there are none.
+std::string MotionText(uint8_t flags, bool trail_lost, bool stands);
 
 /// What these client::Alarms are, each behind a comma.
 std::string AlarmText(uint8_t alarms);
@@ -55,6 +56,7 @@ class Reporter {
  private:
   std::string RobotText();
   std::string ServerText();
+  std::string MotionTextNow();
   void LookForAnswers(int64_t now_ms);
 
   const Connection* robot_port_;
@@ -66,6 +68,7 @@ class Reporter {
   std::string move_text_;
   bool greeted_ = false;  // since the modem is up
   bool stale_ = false;    // the session that the robot's client knows of is of before a loss
+  bool driven_ = false;   // since it was last seen to stand
   uint64_t moves_ = 0;    // of the servers, as told
   unsigned hellos_ = 0;   // answered before the last of them
   bool moved_ = false;    // and nothing to steer by has come since

@@ -8,13 +8,13 @@ namespace pheromone::attach {
 namespace {
 
 TEST(MotionText, GivesEveryReasonToStand) {
-  EXPECT_EQ("drives", MotionText(0, false));
-  EXPECT_EQ("drives, trail lost", MotionText(0, true));
-  EXPECT_EQ("stands: halted, until it is told to resume", MotionText(client::kHalted, false));
+  EXPECT_EQ("drives", MotionText(0, false, false));
+  EXPECT_EQ("drives, trail lost", MotionText(0, true, false));
+  EXPECT_EQ("stops: halted, until it is told to resume", MotionText(client::kHalted, false, false));
   EXPECT_EQ("stands: answers have stopped (fail-safe); off the map",
-            MotionText(client::kFailSafe | client::kOffTheMap, false));
+            MotionText(client::kFailSafe | client::kOffTheMap, false, true));
   for (int flag = 1; flag <= client::kPoseLost; flag *= 2) {
-    EXPECT_EQ(0u, MotionText(static_cast<uint8_t>(flag), false).find("stands: ")) << flag;
+    EXPECT_EQ(0u, MotionText(static_cast<uint8_t>(flag), false, true).find("stands: ")) << flag;
   }
 }
 

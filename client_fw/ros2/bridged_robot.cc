@@ -185,7 +185,7 @@ std::string BridgedRobot::StateText() const {
     return "stands: no pose on the map";
   }
   const client::BehaviourState& state = robot_.conversation().state();
-  return attach::MotionText(state.flags, state.trail_lost);
+  return attach::MotionText(state.flags, state.trail_lost, true);
 }
 
 RobotReport BridgedRobot::MakeReport() const {

@@ -43,8 +43,8 @@ Pioneer::Pioneer(uint16_t now_ms, int16_t count_100nm, bool with_sonar) : Pionee
   last_front_mm_ = kNoRange;
 }
 
-void Pioneer::Restart(uint16_t now_ms) {
-  Enter(kSync0, now_ms);
+void Pioneer::Restart(uint16_t now_ms, bool close_first) {
+  Enter(close_first ? kClosing : kSync0, now_ms);
 }
 
 void Pioneer::Continue(const PioneerTrack& track) {
@@ -53,10 +53,12 @@ void Pioneer::Continue(const PioneerTrack& track) {
   due_ = kEmergency;
 }
 
-void Pioneer::OnByte(uint8_t byte, uint16_t now_ms) {
-  if (receiver_.Push(byte, now_ms)) {
-    OnPacket(now_ms);
+bool Pioneer::OnByte(uint8_t byte, uint16_t now_ms) {
+  if (!receiver_.Push(byte, now_ms)) {
+    return false;
   }
+  OnPacket(now_ms);
+  return receiver_.IsSip();
 }
 
 void Pioneer::OnPacket(uint16_t now_ms) {

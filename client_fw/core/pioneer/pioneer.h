@@ -161,11 +161,13 @@ class Pioneer : private PioneerState {
   /// track.
   void Continue(const PioneerTrack& track);
 
-  /// A new connection to the Pioneer, whose other end has no session: begins with SYNC0.
-  void Restart(uint16_t now_ms);
+  /// A new connection to the Pioneer: begins with SYNC0, or with CLOSE if a program before us may
+  /// have left it in a session, where it would resume that one's speed at SYNC0.
+  void Restart(uint16_t now_ms, bool close_first = false);
 
-  /// A byte from the Pioneer, read at `now_ms`.
-  void OnByte(uint8_t byte, uint16_t now_ms);
+  /// A byte from the Pioneer, read at `now_ms`. Whether it was the last one of a SIP, of which the
+  /// next SIP leaves nothing in status().
+  bool OnByte(uint8_t byte, uint16_t now_ms);
   /// Advances to `now_ms`.
   void Poll(uint16_t now_ms);
 

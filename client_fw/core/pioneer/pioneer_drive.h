@@ -12,7 +12,8 @@
 //                                rates, and takes the one at this number modulo their number.
 //   Moment millis();             the same clock
 //
-// Step() is to be called every millisecond or so, as Robot's.
+// Step() is to be called every millisecond or so, before each Step of Robot. It reads one SIP at
+// most.
 #pragma once
 
 #include <stdint.h>
@@ -32,12 +33,16 @@ class PioneerDrive {
 
   /// See Pioneer.
   void Continue(const PioneerTrack& track) { pioneer_.Continue(track); }
-  void Restart() { pioneer_.Restart(static_cast<uint16_t>(board_->millis())); }
+  void Restart(bool close_first) {
+    pioneer_.Restart(static_cast<uint16_t>(board_->millis()), close_first);
+  }
 
   void Step() {
     const uint16_t now_ms = static_cast<uint16_t>(board_->millis());
-    for (int byte = board_->robot_get(); byte >= 0; byte = board_->robot_get()) {
-      pioneer_.OnByte(static_cast<uint8_t>(byte), now_ms);
+    // One SIP a step: the robot is to see a bumper that was pressed in only one.
+    int byte = board_->robot_get();
+    while (byte >= 0 && !pioneer_.OnByte(static_cast<uint8_t>(byte), now_ms)) {
+      byte = board_->robot_get();
     }
     pioneer_.Poll(now_ms);
     board_->set_robot_rate(pioneer_.rate());
