@@ -1,10 +1,14 @@
 #include "server/robots/links/udp_link.h"
 
+#include <netdb.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -16,6 +20,7 @@
 #include "protocol/frame.h"
 #include "protocol/frame_parser.h"
 #include "protocol/opcodes.h"
+#include "server/net/endpoint.h"
 #include "server/robots/links/datagrams.h"
 #include "server/robots/links/listening_link.h"
 
@@ -34,6 +39,20 @@ constexpr size_t kMaxBatch = 256;
 const protocol::FrameDecoder kNewDecoder(protocol::kNoGapTimeout);
 // After this many system calls, other links of the thread are served.
 constexpr int kCallsInARow = 16;
+// A robot that moves to another address does not return so soon: two robots have the same ID.
+constexpr int64_t kReturnNs = 2'000'000'000;
+constexpr int64_t kBetweenWarningsNs = 60'000'000'000;
+
+// ADDRESS:PORT.
+std::string TextOf(const PeerAddress& address) {
+  std::array<char, INET6_ADDRSTRLEN + 16> host{};
+  std::array<char, 6> port{};
+  const int error = getnameinfo(reinterpret_cast<const sockaddr*>(&address.socket_address),
+                                address.size, host.data(), host.size(), port.data(), port.size(),
+                                NI_NUMERICHOST | NI_NUMERICSERV);
+  return error != 0 ? "an unknown address"
+                    : ToText(Endpoint{host.data(), static_cast<uint16_t>(std::atoi(port.data()))});
+}
 
 protocol::Message MessageOf(const protocol::FrameParser& parser) {
   constexpr size_t kHead = 2;
@@ -172,13 +191,28 @@ class UdpLink final : public ListeningLink<udp::socket> {
       return;
     }
     if (!protocol::IsFromServer(message.opcode) && Allows(message.id)) {
-      peers_[message.id] = from;
+      Locate(message.id, from, asker.asked_ns);
     }
     batch_.push_back(message);
     askers_.push_back(asker);
     if (batch_.size() == kMaxBatch) {
       HandleBatch();
     }
+  }
+
+  void Locate(uint8_t id, const PeerAddress& from, int64_t now_ns) {
+    Place* const place = &places_[id];
+    if (place->last == from) {
+      return;
+    }
+    const bool returns = place->before == from && now_ns - place->moved_ns < kReturnNs;
+    if (returns && (warned_ns_ == 0 || now_ns - warned_ns_ >= kBetweenWarningsNs)) {
+      warned_ns_ = now_ns;
+      ReportError(Error{"robot " + std::to_string(id) + " speaks from " + TextOf(from) +
+                        " and from " + TextOf(place->last)},
+                  "commands reach one of them; give each robot an ID of its own");
+    }
+    *place = {from, place->last, now_ns};
   }
 
   // Answers a first HELLO by itself. True: a message for the server.
@@ -221,8 +255,8 @@ class UdpLink final : public ListeningLink<udp::socket> {
       SendTo(AddressOf(outgoing.asker), message);
     } else if (message.id == protocol::kBroadcastId) {
       SendToAll(message);
-    } else if (peers_[message.id].known()) {
-      SendTo(peers_[message.id], message);
+    } else if (places_[message.id].last.known()) {
+      SendTo(places_[message.id].last, message);
     } else {
       CountUndeliverable(message);
     }
@@ -235,11 +269,14 @@ class UdpLink final : public ListeningLink<udp::socket> {
     if (!Seal(&sealed)) {
       return;
     }
-    for (size_t i = 0; i < peers_.size(); ++i) {
-      // Robots behind one address receive it once.
-      const auto end = peers_.begin() + static_cast<std::ptrdiff_t>(i);
-      if (peers_[i].known() && std::find(peers_.begin(), end, peers_[i]) == end) {
-        Add(sealed, peers_[i]);
+    // Robots behind one address receive it once; two with the same ID both receive it.
+    std::vector<PeerAddress> told;
+    for (const Place& place : places_) {
+      for (const PeerAddress& address : {place.last, place.before}) {
+        if (address.known() && std::ranges::find(told, address) == told.end()) {
+          told.push_back(address);
+          Add(sealed, address);
+        }
       }
     }
   }
@@ -290,7 +327,13 @@ class UdpLink final : public ListeningLink<udp::socket> {
   DatagramReader reader_;
   DatagramWriter writer_;
   protocol::FrameParser parser_;
-  std::array<PeerAddress, 256> peers_{};  // by client ID
+  struct Place {
+    PeerAddress last{};
+    PeerAddress before{};  // another one
+    int64_t moved_ns = 0;  // from it
+  };
+  std::array<Place, 256> places_{};  // by client ID
+  int64_t warned_ns_ = 0;            // of two robots with one ID
   std::vector<protocol::Message> batch_;
   std::vector<engine::Asker> askers_;  // of the batch
   std::vector<engine::Outgoing> answers_;

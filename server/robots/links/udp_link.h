@@ -8,7 +8,8 @@
 // remembered, so memory does not depend on the number of real or pretended robots.
 //
 // Anyone who can send to the port can impersonate any robot and receive its answers: listen on
-// localhost or on a trusted network. Broadcasts go to every remembered address.
+// localhost or on a trusted network. Broadcasts go to every remembered address, and to the one
+// before it of each client ID: two robots may have the same by mistake, which is reported.
 #pragma once
 
 #include <memory>

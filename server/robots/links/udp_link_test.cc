@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "server/robots/links/datagrams.h"
 #include "server/robots/links/testing/link_bench.h"
 #include "server/robots/links/testing/net_peer.h"
@@ -223,6 +227,33 @@ TEST_F(UdpLinkTest, ABroadcastReachesEveryAddressOnce) {
     EXPECT_EQ(peer->Receive()->id, protocol::kBroadcastId);
     EXPECT_TRUE(IsEcho(peer->Ask(PingOf(9, 1)), 9, 1));
   }
+}
+
+TEST_F(UdpLinkTest, TwoUnderOneIdAreBothHaltedAndReportedOnce) {
+  ASSERT_TRUE(Start().ok());
+  Peer a = Connect();
+  Peer b = Connect();
+  for (uint8_t i = 0; i < 5; ++i) {
+    ASSERT_TRUE(a.Ask(PingOf(7, i)));
+    ASSERT_TRUE(b.Ask(PingOf(7, i)));
+  }
+  std::vector<engine::Outgoing> out;
+  ASSERT_TRUE(server_.service()
+                  .Issue({0, protocol::kBroadcastId, protocol::CommandCode::kHalt, {}}, &out)
+                  .ok());
+  server_.router().Deliver(out);
+  for (Peer* peer : {&a, &b}) {
+    const auto halt = peer->Receive();
+    ASSERT_TRUE(halt);
+    EXPECT_EQ(halt->opcode, protocol::kCommand);
+  }
+  const std::vector<std::string> lines = server_.lines();
+  EXPECT_EQ(std::ranges::count_if(lines,
+                                  [](const std::string& line) {
+                                    return line.find("robot 7 speaks from 127.0.0.1:") !=
+                                           std::string::npos;
+                                  }),
+            1);
 }
 
 TEST_F(UdpLinkTest, WhatNobodyAskedForYetCannotBeDelivered) {
