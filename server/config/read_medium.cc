@@ -22,12 +22,13 @@ constexpr std::string_view kPtts[] = {"none", "rts", "dtr", "rs485"};
 constexpr int64_t kMaxPttMs = 1000;
 
 // A number of milliseconds that HELLO's answer contains as one byte. `fallback` is computed from
-// other keys, and may not fit.
-std::optional<int64_t> ReadByte(const TableReader& table, std::string_view key, int64_t fallback) {
+// the keys `from`, and may not fit.
+std::optional<int64_t> ReadByte(const TableReader& table, std::string_view key, int64_t fallback,
+                                const std::string& from) {
   if (table.Find(key) == nullptr && fallback > UINT8_MAX) {
-    table.Report(key, "missing, and its default " + std::to_string(fallback) +
-                          ", derived from baud and turnaround_ms, is more than 255; expected "
-                          "a faster line or a whole number from 1 to 255");
+    table.Report(key, "missing, and its default " + std::to_string(fallback) + ", derived from " +
+                          from + ", is more than 255; expected a faster line, shorter times or " +
+                          "a whole number from 1 to 255");
     return std::nullopt;
   }
   return table.Integer(key, 1, UINT8_MAX, fallback);
@@ -91,8 +92,10 @@ bool ReadTimes(const TableReader& table, LinkConfig* link) {
                           ? std::max({kSerialGapMs, byte_times_ms(4), *adapter + byte_times_ms(2)})
                       : link->kind == LinkKind::kTcp ? kTcpGapMs
                                                      : 0;
-  const auto slot_ms = ReadByte(table, "slot_ms", slot);
-  const auto window_ms = ReadByte(table, "response_window_ms", window);
+  const auto slot_ms = ReadByte(table, "slot_ms", slot, "baud and turnaround_ms");
+  const auto window_ms =
+      ReadByte(table, "response_window_ms", window,
+               "turnaround_ms, adapter_latency_ms, server_delay_ms, ptt_lead_ms and baud");
   const auto gap_ms = table.Integer("gap_timeout_ms", 0, 60'000, gap);
   if (!slot_ms || !window_ms || !gap_ms) {
     return false;

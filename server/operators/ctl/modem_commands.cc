@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <unordered_set>
@@ -36,9 +37,17 @@ using Milliseconds = std::chrono::duration<double, std::milli>;
 constexpr uint8_t kId = 254;      // of the PINGs; no server listens to these ports
 constexpr size_t kOneByOne = 30;  // frames with a pause before each
 constexpr size_t kExchanges = 10;
-constexpr size_t kFirstFrames = 5;    // if none of them arrives, none will
-constexpr int64_t kPatienceMs = 300;  // longer than any modem that fits
-constexpr unsigned kPauseMs = 60;     // until everybody listens again
+constexpr size_t kMoreExchanges = 30;  // where frames are lost
+constexpr double kGoodAir = 0.8;       // the share of exchanges of which both frames arrive
+constexpr double kPoorAir = 0.25;      // too few to say what else an answer was lost to
+constexpr size_t kFirstFrames = 5;     // if none of them arrives, none will
+constexpr int64_t kPatienceMs = 300;   // longer than any modem that fits
+constexpr unsigned kPauseMs = 60;      // until everybody listens again
+// More from frame to frame, so that they are not in step with an adapter that delivers at every
+// tick of a clock of its own, of up to 255 ms.
+constexpr unsigned kPauseStepMs = 7;
+constexpr double kMostNoiseMs = 3000;
+constexpr double kSlowAir = 1.1;  // times the ports' own time
 constexpr std::array kPausesMs = {0u, 8u, 32u, 128u};
 
 Clock::duration OfMs(double ms) {
@@ -118,7 +127,9 @@ class Side {
     chunks_.push_back({Milliseconds(Clock::now() - begin_).count(), bytes_});
     for (const uint8_t byte : std::span(buffer).first(static_cast<size_t>(size))) {
       if (decoder_.Push(byte, 0)) {
-        numbers_.insert(NumberOf(decoder_.message()));
+        if (const uint32_t number = NumberOf(decoder_.message()); number != 0) {
+          numbers_.insert(number);
+        }
       }
     }
     return Ok();
@@ -161,11 +172,14 @@ class Side {
 
 struct Way {
   size_t one_by_one = 0;
+  size_t inserted = 0;  // bytes that came before frames
   size_t streamed = 0;
-  size_t answered = 0;    // of exchanges that this way began
-  unsigned pause_ms = 0;  // before its answers, for that
+  size_t exchanges = 0;              // that this way began, with answers at once
+  size_t answered = 0;               // of them
+  std::optional<unsigned> pause_ms;  // before answers, with which they are heard
   size_t bytes_of_frames = 0;
   double bytes_per_s = 0;
+  double slower = 1;  // than the ports, by this factor
   Delays delays;
   std::vector<double> first_byte_ms;  // of answers, after the request left
 };
@@ -193,6 +207,11 @@ class ModemTest {
   }
 
   const Way& way(size_t from) const { return ways_[from]; }
+  // The share of exchanges whose two frames arrive, as frames did one by one.
+  double Arrive() const {
+    return static_cast<double>(ways_[0].one_by_one * ways_[1].one_by_one) /
+           static_cast<double>(kOneByOne * kOneByOne);
+  }
   size_t noise() const { return noise_; }
   size_t echoed() const { return echoed_; }
 
@@ -223,13 +242,31 @@ class ModemTest {
     return Ok();
   }
 
-  // Until nobody sends. What comes now was sent by nobody, or late.
+  // Until nothing has come for this time.
+  Status ListenOn(double quiet_ms, double at_most_ms) {
+    const Clock::time_point end = Clock::now() + OfMs(at_most_ms);
+    size_t before = 0;
+    do {
+      before = sides_[0].bytes() + sides_[1].bytes();
+      PHEROMONE_TRY_STATUS(Listen(Clock::now() + OfMs(quiet_ms)));
+    } while (before != sides_[0].bytes() + sides_[1].bytes() && Clock::now() < end);
+    return Ok();
+  }
+
+  // Until nobody sends. What comes now was sent by nobody, or is late, or comes back to who sent.
   Status BeQuiet(unsigned pause_ms = kPauseMs) {
-    Expect();
-    PHEROMONE_TRY_STATUS(Listen(Clock::now() + OfMs(pause_ms)));
-    noise_ += sides_[0].bytes() + sides_[1].bytes();
+    const size_t before = sides_[1 - sender_].bytes();
+    PHEROMONE_TRY_STATUS(ListenOn(pause_ms, kMostNoiseMs));
+    const Side& sender = sides_[sender_];
+    (sender.Has(number_) ? echoed_ : noise_) += sender.bytes();
+    noise_ += sides_[1 - sender_].bytes() - before;
     Expect();
     return Ok();
+  }
+
+  Status Send(size_t from, std::span<const uint8_t> frame) {
+    sender_ = from;
+    return sides_[from].Write(frame);
   }
 
   void Expect() {
@@ -243,33 +280,57 @@ class ModemTest {
     Side& to = sides_[1 - from];
     std::vector<double> delays;
     for (size_t i = 0; i < kOneByOne; ++i) {
-      PHEROMONE_TRY_STATUS(BeQuiet());
+      PHEROMONE_TRY_STATUS(BeQuiet(kPauseMs + kPauseStepMs * static_cast<unsigned>(i)));
       const std::vector<uint8_t> frame = FrameOf(++number_);
-      PHEROMONE_TRY_STATUS(sides_[from].Write(frame));
+      PHEROMONE_TRY_STATUS(Send(from, frame));
       PHEROMONE_TRY_STATUS(Listen(Clock::now() + OfMs(AirMs(frame.size()) + kPatienceMs),
                                   [&] { return to.Has(number_); }));
-      echoed_ += sides_[from].bytes();
-      if (to.Has(number_) && to.bytes() == frame.size()) {
-        size_t before = 0;
-        for (const Chunk& chunk : to.chunks()) {
-          delays.push_back(DelayMs(chunk, options_.baud));
-          delays.push_back(DelayMs({chunk.at_ms, before + 1}, options_.baud));
-          before = chunk.bytes_read;
-        }
+      if (to.Has(number_)) {
+        ++way.one_by_one;
+        const size_t inserted = to.bytes() - frame.size();
+        way.inserted += inserted;
+        AddDelays(to.chunks(), inserted, &delays);
       }
-      way.one_by_one += to.Has(number_);
       way.bytes_of_frames = std::max(way.bytes_of_frames, frame.size());
-      if (i + 1 == kFirstFrames && delays.empty()) {
-        return Error{fmt::format(
-            "nothing whole of {} frames from {} arrived at {} ({} bytes in the last {} ms); "
-            "expected "
-            "modems that pass bytes through, on the same frequency, and {} baud on both sides",
-            kFirstFrames, options_.ports[from], options_.ports[1 - from], to.bytes(), kPatienceMs,
-            options_.baud)};
+      if (i + 1 == kFirstFrames && way.one_by_one == 0) {
+        return NothingArrives(from, frame.size());
       }
     }
     way.delays = DelaysOf(std::move(delays));
     return Ok();
+  }
+
+  // Of a frame before which so many bytes were inserted.
+  void AddDelays(const std::vector<Chunk>& chunks, size_t inserted,
+                 std::vector<double>* delays) const {
+    size_t before = 0;
+    for (const Chunk& chunk : chunks) {
+      if (chunk.bytes_read > inserted) {
+        const size_t read = chunk.bytes_read - inserted;
+        delays->push_back(DelayMs({chunk.at_ms, read}, options_.baud));
+        delays->push_back(DelayMs({chunk.at_ms, before + 1}, options_.baud));
+        before = read;
+      }
+    }
+  }
+
+  Error NothingArrives(size_t from, size_t frame_bytes) const {
+    const size_t bytes = sides_[1 - from].bytes();
+    std::string text = fmt::format(
+        "nothing whole of {} frames from {} arrived at {} ({} bytes of the last one's {}); ",
+        kFirstFrames, options_.ports[from], options_.ports[1 - from], bytes, frame_bytes);
+    if (bytes != 0 && bytes < frame_bytes) {
+      text += "a modem that cuts the first bytes needs a lead before them (PTT); ";
+    }
+    text += from == 1 ? fmt::format(
+                            "frames the other way arrive, so look at what {} sends with "
+                            "and {} receives with",
+                            options_.ports[from], options_.ports[1 - from])
+                      : fmt::format(
+                            "expected modems that pass bytes through, on the same "
+                            "frequency, and {} baud on both sides",
+                            options_.baud);
+    return Error{std::move(text)};
   }
 
   Status WithoutPause(size_t from) {
@@ -283,18 +344,23 @@ class ModemTest {
       const std::vector<uint8_t> frame = FrameOf(++number_);
       // One frame ahead of the UART, so that it never waits.
       PHEROMONE_TRY_STATUS(Listen(begin + OfMs(std::max(0.0, AirMs(bytes) - AirMs(frame.size())))));
-      PHEROMONE_TRY_STATUS(sides_[from].Write(frame));
+      PHEROMONE_TRY_STATUS(Send(from, frame));
       bytes += frame.size();
     }
-    PHEROMONE_TRY_STATUS(Listen(begin + OfMs(AirMs(bytes) + kPatienceMs + OneWayMs(way)),
-                                [&] { return to.Has(number_); }));
+    PHEROMONE_TRY_STATUS(ListenOn(kPatienceMs, kMostNoiseMs + 3 * AirMs(bytes)));
     for (uint32_t number = first; number <= number_; ++number) {
       way.streamed += to.Has(number);
     }
-    if (!to.chunks().empty()) {
-      const double took_ms = to.chunks().back().at_ms - way.delays.least_ms;
-      way.bytes_per_s = 1000 * static_cast<double>(to.bytes()) / std::max(took_ms, 1.0);
+    if (to.chunks().empty()) {
+      return Error{
+          fmt::format("nothing of {} frames without a pause from {} arrived at {}, where {} "
+                      "of {} had arrived one by one: a modem has fallen silent",
+                      options_.frames, options_.ports[from], options_.ports[1 - from],
+                      way.one_by_one, kOneByOne)};
     }
+    const double took_ms = std::max(to.chunks().back().at_ms - way.delays.least_ms, 1.0);
+    way.bytes_per_s = 1000 * static_cast<double>(to.bytes()) / took_ms;
+    way.slower = took_ms / AirMs(bytes);
     return Ok();
   }
 
@@ -302,14 +368,26 @@ class ModemTest {
   // asks, with longer pauses.
   Status Exchange(size_t from) {
     Way& way = ways_[from];
+    if (Arrive() < kPoorAir) {
+      return Ok();
+    }
+    way.exchanges = Arrive() < kGoodAir ? kMoreExchanges : kExchanges;
     for (const unsigned pause_ms : kPausesMs) {
-      way.answered = 0;
       way.first_byte_ms.clear();
-      way.pause_ms = pause_ms;
-      for (size_t i = 0; i < kExchanges && (i < kFirstFrames || way.answered != 0); ++i) {
+      for (size_t i = 0; i < way.exchanges; ++i) {
+        if (i == kFirstFrames && way.first_byte_ms.empty() && Arrive() >= kGoodAir) {
+          break;
+        }
         PHEROMONE_TRY_STATUS(ExchangeOne(from, pause_ms));
       }
-      if (2 * way.answered > kExchanges) {
+      if (pause_ms == 0) {
+        way.answered = way.first_byte_ms.size();
+      }
+      // Of few that arrive, so many more are lost by chance.
+      const double least = Arrive() < kGoodAir ? Arrive() / 3 : 0.5;
+      if (static_cast<double>(way.first_byte_ms.size()) >
+          least * static_cast<double>(way.exchanges)) {
+        way.pause_ms = pause_ms;
         break;
       }
     }
@@ -317,13 +395,12 @@ class ModemTest {
   }
 
   Status ExchangeOne(size_t from, unsigned pause_ms) {
-    Way& way = ways_[from];
     Side& asking = sides_[from];
     Side& answering = sides_[1 - from];
     PHEROMONE_TRY_STATUS(BeQuiet(kPauseMs + pause_ms));
     const std::vector<uint8_t> request = FrameOf(++number_);
     const Clock::time_point begin = Clock::now();
-    PHEROMONE_TRY_STATUS(asking.Write(request));
+    PHEROMONE_TRY_STATUS(Send(from, request));
     PHEROMONE_TRY_STATUS(Listen(begin + OfMs(AirMs(request.size()) + kPatienceMs),
                                 [&] { return answering.Has(number_); }));
     if (!answering.Has(number_)) {
@@ -331,25 +408,23 @@ class ModemTest {
     }
     PHEROMONE_TRY_STATUS(Listen(Clock::now() + OfMs(AirMs(1) + pause_ms)));
     const std::vector<uint8_t> answer = FrameOf(++number_);
-    asking.Expect();
+    Expect();
     const Clock::time_point answered = Clock::now();
-    PHEROMONE_TRY_STATUS(answering.Write(answer));
+    PHEROMONE_TRY_STATUS(Send(1 - from, answer));
     PHEROMONE_TRY_STATUS(Listen(answered + OfMs(AirMs(answer.size()) + kPatienceMs),
                                 [&] { return asking.Has(number_); }));
     if (asking.Has(number_)) {
-      ++way.answered;
-      way.first_byte_ms.push_back(Milliseconds(answered - begin).count() +
-                                  asking.chunks().front().at_ms - AirMs(request.size()));
+      ways_[from].first_byte_ms.push_back(Milliseconds(answered - begin).count() +
+                                          asking.chunks().front().at_ms - AirMs(request.size()));
     }
     return Ok();
   }
 
-  static double OneWayMs(const Way& way) { return way.delays.least_ms + way.delays.varies_ms; }
-
   const ModemTestOptions& options_;
   std::array<Side, 2> sides_;
   std::array<Way, 2> ways_;
-  uint32_t number_ = 0;
+  uint32_t number_ = 0;  // of the last frame
+  size_t sender_ = 0;    // who sent it
   size_t noise_ = 0;
   size_t echoed_ = 0;
 };
@@ -381,7 +456,8 @@ void PrintFigures(const ModemTest& test, const ModemTestOptions& options) {
            [](const Way& way) { return fmt::format("{:.0f}", way.bytes_per_s); });
   PrintRow(test, "damaged bytes", [&](const Way& way) { return Damage(way, options.frames); });
   PrintRow(test, "answers, at once", [](const Way& way) {
-    return fmt::format("{} of {}", way.pause_ms == 0 ? way.answered : 0, kExchanges);
+    return way.exchanges == 0 ? std::string("-")
+                              : fmt::format("{} of {}", way.answered, way.exchanges);
   });
   PrintRow(test, "  first byte, at most", [](const Way& way) {
     return way.first_byte_ms.empty()
@@ -391,29 +467,63 @@ void PrintFigures(const ModemTest& test, const ModemTestOptions& options) {
   });
 }
 
-void PrintLink(const ModemTest& test, const ModemTestOptions& options) {
+// What is to be known beside the figures.
+void PrintRemarks(const ModemTest& test, const ModemTestOptions& options) {
+  if (test.echoed() != 0) {
+    fmt::print("The modems return what is sent to them: the server and the robots ignore that.\n");
+  }
+  if (test.noise() != 0) {
+    fmt::print("{} bytes came while nobody sent.\n", test.noise());
+  }
+  for (const size_t from : {size_t{0}, size_t{1}}) {
+    const Way& way = test.way(from);
+    if (way.inserted != 0) {
+      fmt::print("{} bytes came before frames at {}: the server and the robots ignore them.\n",
+                 way.inserted, 2 - from);
+    }
+    if (way.slower > kSlowAir) {
+      fmt::print(
+          "From {} to {} the air takes {:.2f} times as long as the ports: set modems and ports to "
+          "at most {:.0f} baud.\n",
+          1 + from, 2 - from, way.slower, options.baud / way.slower);
+    }
+  }
+}
+
+// Whether a server can have such modems.
+bool PrintLink(const ModemTest& test, const ModemTestOptions& options) {
   const unsigned turnaround_ms =
       RoundedUpMs(std::max(test.way(0).delays.least_ms, test.way(1).delays.least_ms));
   const std::string link = LinkText(options.ports[0], options.baud, turnaround_ms,
                                     RoundedUpMs(test.way(1).delays.varies_ms));
   fmt::print("\nFor a server at 1, with such modems on all robots:\n\n{}", link);
-  if (const std::string problems = LinkProblems(link); !problems.empty()) {
+  const std::string problems = LinkProblems(link);
+  if (!problems.empty()) {
     fmt::print("\nA server does not take it, so these modems do not fit:\n{}\n", problems);
   }
+  if (test.Arrive() < kPoorAir) {
+    fmt::print(
+        "\nThe air loses too many frames for a link, and to tell whether answers may come at once: "
+        "look at aerials, power and frequency.\n");
+    return false;
+  }
+  bool fits = problems.empty();
   for (const size_t from : {size_t{0}, size_t{1}}) {
     const Way& way = test.way(from);
-    if (2 * way.answered <= kExchanges) {
+    fits = fits && way.pause_ms == 0u;
+    if (!way.pause_ms) {
       fmt::print(
           "\nHardly any answer to {} was heard, not even after a pause of {} ms: these modems do "
           "not fit.\n",
           from + 1, kPausesMs.back());
-    } else if (way.pause_ms != 0) {
+    } else if (*way.pause_ms != 0) {
       fmt::print(
           "\nThe modem of {} heard answers only after a pause of {} ms. No setting makes a server "
           "wait, other than ptt_lead_ms for a modem that is keyed.\n",
-          from + 1, way.pause_ms);
+          from + 1, *way.pause_ms);
     }
   }
+  return fits;
 }
 
 }  // namespace
@@ -421,24 +531,19 @@ void PrintLink(const ModemTest& test, const ModemTestOptions& options) {
 int TestModems(const ModemTestOptions& options) {
   const size_t bytes = FrameOf(1).size();
   const size_t frames = kOneByOne + kExchanges + options.frames;
-  fmt::print(
-      "1: {}, 2: {}, {} baud, {} frames of about {} bytes each way: {} s or longer\n",
-      options.ports[0], options.ports[1], options.baud, frames, bytes,
-      2 * frames * bytes * 10 / options.baud + 2 * (kOneByOne + kExchanges) * kPauseMs / 1000);
+  const size_t pauses_ms =
+      2 * ((kOneByOne + kExchanges) * kPauseMs + kOneByOne * (kOneByOne - 1) / 2 * kPauseStepMs);
+  fmt::print("1: {}, 2: {}, {} baud, {} frames of about {} bytes each way: {} s or longer\n",
+             options.ports[0], options.ports[1], options.baud, frames, bytes,
+             2 * frames * bytes * 10 / options.baud + pauses_ms / 1000);
   static_cast<void>(std::fflush(stdout));
   ModemTest test(options);
   if (const Status run = test.Run(); !run.ok()) {
     return Fail(kFailed, run.error());
   }
   PrintFigures(test, options);
-  if (test.echoed() != 0) {
-    fmt::print("The modems return what is sent to them: the server and the robots ignore that.\n");
-  }
-  if (test.noise() != 0) {
-    fmt::print("{} bytes came while nobody sent.\n", test.noise());
-  }
-  PrintLink(test, options);
-  return 0;
+  PrintRemarks(test, options);
+  return PrintLink(test, options) ? 0 : kFailed;
 }
 
 }  // namespace pheromone::ctl

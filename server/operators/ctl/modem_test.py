@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """pheromonectl modem test between two pseudo-terminals, with a process that plays the modems.
 
-    modem_test.py BIN_DIR SHIM
+    modem_test.py BIN_DIR SHIM [CLASS]
 
 SHIM (server/robots/links/testing/pty_as_serial_shim.c) makes libserialport take pseudo-terminals for
 serial ports. The modems played are half-duplex: what one gets goes on the air a turnaround later, and
@@ -10,6 +10,7 @@ asserted, which no busy machine can make shorter.
 """
 
 import heapq
+import itertools
 import os
 import pathlib
 import random
@@ -31,13 +32,17 @@ BYTE_S = 10 / BAUD
 class Modems(threading.Thread):
     """Two of them, each with a port, and the air between them."""
 
-    def __init__(self, turnaround_s, adapters_s, damaged=0.0, cut=False, slow_to_listen_s=None):
+    def __init__(self, turnaround_s, adapters_s, damaged=0.0, cut=False, slow_to_listen_s=None,
+                 inserted=b"", air_byte_s=BYTE_S, silent_after=None):
         super().__init__(daemon=True)
         self.turnaround_s = turnaround_s
         self.adapters_s = adapters_s  # of each port, for how long it holds back what it received
         self.damaged = damaged
         self.cut = cut
         self.listens_after_s = turnaround_s if slow_to_listen_s is None else slow_to_listen_s
+        self.inserted = inserted  # before each transmission
+        self.air_byte_s = air_byte_s
+        self.silent_after = silent_after  # bytes
         self.random = random.Random(7)
         self.fds, self.ports, self.slaves = [], [], []
         for _ in range(2):
@@ -50,7 +55,8 @@ class Modems(threading.Thread):
         self.on = True
 
     def run(self):
-        on_air = []  # (when it is heard, to whom, byte)
+        on_air = []  # (when it is heard, its number, to whom, byte)
+        numbers = itertools.count()
         held = [[], []]
         deliver_at = [None, None]
         uart_free = [0.0, 0.0]
@@ -63,14 +69,19 @@ class Modems(threading.Thread):
                     data = os.read(fd, 4096)
                 except OSError:
                     continue
+                first = now + BYTE_S
                 if uart_free[me] < now:
                     deaf[me] = (now, now)
+                    for byte in self.inserted:
+                        heapq.heappush(on_air, (first + self.turnaround_s, next(numbers), 1 - me, byte))
                 for byte in data:
-                    uart_free[me] = max(uart_free[me], now) + BYTE_S
-                    heapq.heappush(on_air, (uart_free[me] + self.turnaround_s, 1 - me, byte))
+                    uart_free[me] = max(uart_free[me], now) + self.air_byte_s
+                    heapq.heappush(on_air, (uart_free[me] + self.turnaround_s, next(numbers), 1 - me, byte))
                 deaf[me] = (deaf[me][0], uart_free[me] + self.turnaround_s + self.listens_after_s)
             while on_air and on_air[0][0] <= now:
-                at, to, byte = heapq.heappop(on_air)
+                at, number, to, byte = heapq.heappop(on_air)
+                if self.silent_after is not None and number >= self.silent_after:
+                    continue
                 if self.cut or deaf[to][0] <= at <= deaf[to][1] - self.turnaround_s:
                     continue
                 if self.random.random() < self.damaged:
@@ -107,7 +118,7 @@ def row(text, name):
     return re.split(r" {2,}", line.group(1))
 
 
-class ModemTest(unittest.TestCase):
+class SettingsTest(unittest.TestCase):
     def test_settings_fit_what_was_played(self):
         all_rows = {"frames, one by one": 30, "frames, without a pause": 20, "answers, at once": 10}
         for _ in range(5):  # again, if the modems paused for the 300 ms after which a frame is lost
@@ -127,6 +138,22 @@ class ModemTest(unittest.TestCase):
         for rate in row(result.stdout, "bytes a second"):
             self.assertLessEqual(float(rate), 1.03 * BAUD / 10)
 
+    def test_clock_of_a_slow_adapter_is_its_latency_and_not_the_turnaround(self):
+        result = try_modems(Modems(turnaround_s=0.002, adapters_s=(0.1, 0)), "--frames", "10")
+        adapter_ms = int(re.search(r"adapter_latency_ms = (\d+)", result.stdout)[1])
+        self.assertGreaterEqual(adapter_ms, 80, result.stdout + result.stderr)
+
+    def test_bytes_before_frames_do_no_harm(self):
+        result = try_modems(Modems(turnaround_s=0.002, adapters_s=(0, 0), inserted=b"xyz"),
+                            "--frames", "10")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("90 bytes came before frames at 1: the server and the robots ignore them",
+                      result.stdout)
+        for delay in row(result.stdout, "delay, at least"):
+            self.assertGreaterEqual(float(delay.split()[0]), 2.0)
+
+
+class AirTest(unittest.TestCase):
     def test_damage_is_that_of_the_air(self):
         result = try_modems(Modems(turnaround_s=0.002, adapters_s=(0, 0), damaged=0.01),
                             "--frames", "150")
@@ -134,10 +161,32 @@ class ModemTest(unittest.TestCase):
         for share in row(result.stdout, "damaged bytes"):
             self.assertTrue(0.6 <= float(share.split()[0]) <= 1.5, result.stdout)
 
+    def test_answers_that_the_air_loses_are_no_fault_of_the_modems(self):
+        result = try_modems(Modems(turnaround_s=0.002, adapters_s=(0, 0), damaged=0.015),
+                            "--frames", "10")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertNotIn("do not fit", result.stdout)
+        self.assertNotIn("after a pause", result.stdout)
+
+    def test_air_that_is_slower_than_the_ports_is_not_taken_for_damage(self):
+        result = try_modems(Modems(turnaround_s=0.002, adapters_s=(0, 0), air_byte_s=2 * BYTE_S),
+                            "--frames", "20")
+        self.assertEqual(row(result.stdout, "frames, without a pause"), ["20 of 20"] * 2,
+                         result.stdout + result.stderr)
+        self.assertRegex(result.stdout, "From 1 to 2 the air takes (1\\.9|2\\.).* at most 4[5-9]")
+
+
+class ModemsTest(unittest.TestCase):
+    def test_modem_that_falls_silent(self):
+        modems = Modems(turnaround_s=0.002, adapters_s=(0, 0), silent_after=60 * 24 + 50)
+        result = try_modems(modems, "--frames", "10")
+        self.assertEqual(result.returncode, 1, result.stdout)
+        self.assertIn("a modem has fallen silent", result.stderr)
+
     def test_modem_that_is_deaf_for_too_long_does_not_fit(self):
         result = try_modems(Modems(turnaround_s=0.002, adapters_s=(0, 0), slow_to_listen_s=0.05),
                             "--frames", "10")
-        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
         self.assertEqual(row(result.stdout, "answers, at once"), ["0 of 10", "0 of 10"])
         self.assertRegex(result.stdout, "The modem of 1 heard answers only after a pause of (32|128) ms")
 
@@ -157,4 +206,4 @@ class ModemTest(unittest.TestCase):
 
 if __name__ == "__main__":
     BIN, SHIM = pathlib.Path(sys.argv[1]), sys.argv[2]
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
