@@ -1,6 +1,6 @@
 // Functions shared by the commands of pheromone-swarm and pheromone-experiments. Each command is a
-// pair of files, NAME_command.h and .cc or NAME/command.h and .cc, and adds itself to the command
-// line; main.cc has the list of them.
+// file, NAME_command.cc or NAME/command.cc, and adds itself to the command line; main.cc has the
+// list of them.
 //
 // Exit status of all: 0: success; else that of server/base/program.h.
 #pragma once

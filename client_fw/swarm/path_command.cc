@@ -1,5 +1,4 @@
-#include "client_fw/swarm/path_command.h"
-
+// pheromone-swarm path: the paper's path-following experiment, in virtual time.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/commands.h"
 #include "client_fw/swarm/fit.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"

@@ -1,4 +1,5 @@
-#include "client_fw/experiments/bridge/command.h"
+// pheromone-experiments bridge: the double bridge experiment, in virtual time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -12,7 +13,7 @@
 
 #include "client_fw/experiments/bridge/experiment.h"
 #include "client_fw/experiments/bridge/moments.h"
-#include "client_fw/swarm/command.h"
+#include "client_fw/experiments/commands.h"
 #include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 

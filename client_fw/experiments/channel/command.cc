@@ -1,4 +1,5 @@
-#include "client_fw/experiments/channel/command.h"
+// pheromone-experiments channel: how many robots a radio channel can serve, in virtual time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -13,7 +14,7 @@
 
 #include "client_fw/experiments/channel/experiment.h"
 #include "client_fw/experiments/channel/report.h"
-#include "client_fw/swarm/command.h"
+#include "client_fw/experiments/commands.h"
 #include "client_fw/swarm/parallel_runs.h"
 #include "server/base/file.h"
 #include "server/base/number_check.h"

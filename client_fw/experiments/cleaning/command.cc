@@ -1,4 +1,5 @@
-#include "client_fw/experiments/cleaning/command.h"
+// pheromone-experiments cleaning: robots that clean a grid of zones, in virtual time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -15,7 +16,7 @@
 #include "client_fw/experiments/cleaning/prove.h"
 #include "client_fw/experiments/cleaning/report.h"
 #include "client_fw/experiments/cleaning/sweep.h"
-#include "client_fw/swarm/command.h"
+#include "client_fw/experiments/commands.h"
 #include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 

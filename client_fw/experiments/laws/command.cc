@@ -1,4 +1,5 @@
-#include "client_fw/experiments/laws/command.h"
+// pheromone-experiments laws: the steering laws side by side, and the search that tunes them.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -10,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "client_fw/experiments/commands.h"
 #include "client_fw/experiments/laws/experiment.h"
-#include "client_fw/swarm/command.h"
 #include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 

@@ -1,4 +1,5 @@
-#include "client_fw/experiments/sweep/command.h"
+// pheromone-experiments sweep: path following against one parameter at a time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -10,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "client_fw/experiments/commands.h"
 #include "client_fw/experiments/sweep/experiment.h"
-#include "client_fw/swarm/command.h"
 #include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
