@@ -28,6 +28,10 @@ int RunCommands(const std::string& program, const std::string& description,
 /// Prints an error on standard error, after the program's name, and returns `status`.
 int Fail(const std::string& message, int status);
 
+/// On a terminal, shows on standard error how far a command is, in a line that is renewed; ""
+/// clears it. Elsewhere nothing. For text that is known: it is not escaped.
+void ShowProgress(const std::string& text);
+
 /// Creates the folder if it does not exist, and writes each (name, content). Returns the exit
 /// status: 0, or kFailed at the first file that cannot be written, which is reported.
 int WriteFiles(const std::filesystem::path& folder,

@@ -236,16 +236,10 @@ int RunByTimetable(const TrailsOptions& options, const TrailsBench& bench,
 int RunSweep(const TrailsOptions& options, const TrailsBench& bench) {
   const std::vector<LockInCase> cases = LockInCases();
   const size_t runs = cases.size() * static_cast<size_t>(options.seeds);
-  const bool progress = isatty(STDERR_FILENO) != 0;
   const Result<std::vector<LockInRow>> rows =
-      CountLockIn(bench, cases, options.seeds, [&](size_t done) {
-        if (progress) {
-          fmt::print(Unescaped(stderr), "\r{} of {} runs\x1b[K", done, runs);
-        }
-      });
-  if (progress) {
-    fmt::print(Unescaped(stderr), "\r\x1b[K");
-  }
+      CountLockIn(bench, cases, options.seeds,
+                  [&](size_t done) { ShowProgress(fmt::format("{} of {} runs", done, runs)); });
+  ShowProgress("");
   if (!rows.ok()) {
     return Fail(rows.error(), kFailed);
   }
