@@ -1,4 +1,4 @@
-"""What tests expect, and wait for.
+"""What tests expect, wait for, and tell of times.
 
     await_that(lambda: "ready: " in daemon.log(), "the server starts")
 """
@@ -11,6 +11,10 @@ PATIENCE_S = 120  # of a busy machine; nothing waits this long when things are w
 def check(holds, otherwise):
     if not holds:
         raise AssertionError(otherwise)
+
+
+def quantile(values, share):
+    return sorted(values)[min(len(values) - 1, int(share * len(values)))] if values else float("nan")
 
 
 def await_that(condition, what, patience_s=PATIENCE_S):

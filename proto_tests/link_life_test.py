@@ -31,11 +31,10 @@ import tempfile
 import time
 import tty
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from asking_robot import CONFIG, EXCHANGES, PING, Robot, come_and_go, everyone_answered, serve  # noqa: E402
-from checks import PATIENCE_S, check  # noqa: E402
-from operated_daemon import OperatedDaemon  # noqa: E402
-from stranger.wire import encode  # noqa: E402
+from asking_robot import CONFIG, EXCHANGES, PING, Robot, come_and_go, everyone_answered, serve
+from checks import PATIENCE_S, check
+from operated_daemon import OperatedDaemon
+from stranger.wire import encode
 
 MOST_GROWTH_KIB = 4096
 

@@ -16,9 +16,8 @@ import tempfile
 import threading
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from operated_daemon import OperatedDaemon, default_config, write_config  # noqa: E402
-from test_config import link  # noqa: E402
+from operated_daemon import OperatedDaemon, default_config, write_config
+from test_config import link
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve()
 

@@ -11,10 +11,9 @@ import sys
 import tempfile
 import unittest
 
-SOURCE = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(SOURCE / "proto_tests"))
-from operated_daemon import OperatedDaemon, default_config, write_config  # noqa: E402
+from operated_daemon import OperatedDaemon, default_config, write_config
 
+SOURCE = pathlib.Path(__file__).resolve().parent.parent
 BIN = pathlib.Path()
 PATIENCE_S = 120
 ROUNDS = """medium_access = true

@@ -28,10 +28,9 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from checks import check  # noqa: E402
-from operated_daemon import OperatedDaemon, await_that  # noqa: E402
-from test_config import map_of, pheromone, pty, table  # noqa: E402
+from checks import check
+from operated_daemon import OperatedDaemon, await_that
+from test_config import map_of, pheromone, pty, table
 
 PATIENCE_S = 3600  # of a server that takes minutes for an edit
 STILL_S = 1.0  # that long nothing has changed

@@ -25,14 +25,13 @@ import threading
 import time
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "proto_tests"))
-from free_numbers import free_port  # noqa: E402
-from operated_daemon import PATIENCE_S, OperatedDaemon, await_that, write_config  # noqa: E402
-from stranger import wire  # noqa: E402
-from stranger.client import Client, Line, NoAnswer, open_terminal  # noqa: E402
-from test_config import link, map_of, pheromone, pty, table  # noqa: E402
+from free_numbers import free_port
+from operated_daemon import PATIENCE_S, OperatedDaemon, await_that, write_config
+from stranger import wire
+from stranger.client import Client, Line, NoAnswer, open_terminal
+from test_config import link, map_of, pheromone, pty, table
 
+ROOT = pathlib.Path(__file__).resolve().parents[1]
 BIN = pathlib.Path()
 SECONDS = 10.0
 STEPS = 150  # of evaporation, while it goes on

@@ -16,10 +16,9 @@ import tempfile
 import threading
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from checks import check  # noqa: E402
-from operated_daemon import PATIENCE_S, OperatedDaemon, write_config  # noqa: E402
-from test_config import map_of, pheromone, pty, table  # noqa: E402
+from checks import check
+from operated_daemon import PATIENCE_S, OperatedDaemon, write_config
+from test_config import map_of, pheromone, pty, table
 
 CONFIG = (map_of() + pheromone(1, "trail", tau_s=30.0) + pty("radio")
           + table("capture", folder="captures") + table("web", listen="127.0.0.1:0"))

@@ -29,13 +29,12 @@ import tempfile
 import threading
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from asking_robot import CONFIG  # noqa: E402
-from checks import check  # noqa: E402
-from operated_daemon import PATIENCE_S, OperatedDaemon, await_that  # noqa: E402
-from stranger.client import open_terminal  # noqa: E402
-from stranger.wire import Decoder, build, build_hello, encode, parse  # noqa: E402
-from test_config import link, pheromone, pty, table  # noqa: E402
+from asking_robot import CONFIG
+from checks import check
+from operated_daemon import PATIENCE_S, OperatedDaemon, await_that
+from stranger.client import open_terminal
+from stranger.wire import Decoder, build, build_hello, encode, parse
+from test_config import link, pheromone, pty, table
 
 ROBOTS = 254
 QUANTUM = 0.125

@@ -29,9 +29,8 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from asking_robot import CONFIG, EXCHANGES, Robot, come_and_go, everyone_answered, serve  # noqa: E402
-from checks import PATIENCE_S, check  # noqa: E402
+from asking_robot import CONFIG, EXCHANGES, Robot, come_and_go, everyone_answered, serve
+from checks import PATIENCE_S, check
 
 ADAPTERS = 8
 MACHINE_PATIENCE_S = 900  # where a busy machine emulates this one

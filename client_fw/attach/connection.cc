@@ -22,9 +22,6 @@ namespace {
 
 constexpr std::array<uint32_t, 13> kBauds = {
     300, 600, 1200, 2400, 4800, 9600, 19'200, 38'400, 57'600, 115'200, 230'400, 460'800, 921'600};
-constexpr std::array<speed_t, kBauds.size()> kSpeeds = {B300,    B600,    B1200,  B2400,  B4800,
-                                                        B9600,   B19200,  B38400, B57600, B115200,
-                                                        B230400, B460800, B921600};
 
 bool WouldBlock() {
   return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
@@ -35,10 +32,10 @@ bool IsPseudoTerminal(const std::string& path) {
   return std::filesystem::canonical(path, error).string().starts_with("/dev/pts/");
 }
 
+// The system would take a small number for its own code of a rate.
 bool SetSpeed(uint32_t rate, termios* mode) {
-  const auto* const baud = std::find(kBauds.begin(), kBauds.end(), rate);
-  return baud != kBauds.end() &&
-         cfsetspeed(mode, kSpeeds[static_cast<size_t>(baud - kBauds.begin())]) == 0;
+  return std::find(kBauds.begin(), kBauds.end(), rate) != kBauds.end() &&
+         cfsetspeed(mode, rate) == 0;
 }
 
 std::string SystemMessage(int error) {

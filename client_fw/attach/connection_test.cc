@@ -17,6 +17,7 @@
 
 #include "client_fw/attach/testing/sockets.h"
 #include "server/base/holders.h"
+#include "server/base/testing/temporary_folder.h"
 
 namespace pheromone::attach {
 namespace {
@@ -33,19 +34,6 @@ struct Cable {
 
   Descriptor master;
   std::string name;
-};
-
-class Folder {
- public:
-  Folder() {
-    char name[] = "/tmp/connection_test.XXXXXX";
-    path_ = mkdtemp(name);
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  std::string operator/(std::string_view name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
 };
 
 void AwaitEvent(const Connection& connection) {
@@ -166,8 +154,8 @@ TEST(Connection, UdpSendsWholeFramesAndBearsAnAbsentServer) {
 }
 
 TEST(Connection, OpensATerminalRawAndReturnsAfterItWasUnplugged) {
-  const Folder folder;
-  const std::string port = folder / "ttyUSB0";
+  const TemporaryFolder folder;
+  const std::string port = (folder / "ttyUSB0").string();
   auto cable = std::make_unique<Cable>();
   std::filesystem::create_symlink(cable->name, port);
   Connection connection(At(port));
@@ -249,9 +237,9 @@ TEST(Connection, PortServesOneProgram) {
 }
 
 TEST(Connection, TellsWhatIsNotATerminal) {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::ofstream(folder / "file") << "text";
-  Connection connection(At(folder / "file"));
+  Connection connection(At((folder / "file").string()));
   connection.Advance(0);
   EXPECT_FALSE(connection.up());
   EXPECT_EQ("not a terminal device (Inappropriate ioctl for device)", connection.trouble());

@@ -2,13 +2,7 @@
 //
 // Exit status: 0 done; 1 the experiment could not be run, or its result is wrong; 2 the command
 // line or a file is wrong.
-#include "client_fw/experiments/bridge/command.h"
-#include "client_fw/experiments/channel/command.h"
-#include "client_fw/experiments/cleaning/command.h"
-#include "client_fw/experiments/detour/command.h"
-#include "client_fw/experiments/laws/command.h"
-#include "client_fw/experiments/sweep/command.h"
-#include "client_fw/experiments/trails/command.h"
+#include "client_fw/experiments/commands.h"
 #include "client_fw/swarm/command.h"
 
 int main(int argc, char** argv) {

@@ -12,9 +12,7 @@ import tempfile
 import unittest
 from unittest import mock
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-
-import sweeps  # noqa: E402  (after the path)
+import sweeps
 
 
 def squares(base, case):

@@ -5,9 +5,9 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 
+#include "server/base/file.h"
 #include "server/base/testing/temporary_folder.h"
 
 namespace pheromone::keys {
@@ -25,11 +25,6 @@ class RobotKeyTest : public ::testing::Test {
     std::filesystem::permissions(
         path, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
     return path;
-  }
-
-  static std::string TextOf(const std::string& path) {
-    std::ifstream file(path);
-    return {std::istreambuf_iterator<char>(file), {}};
   }
 
   TemporaryFolder folder_;
@@ -77,7 +72,7 @@ TEST_F(RobotKeyTest, EachStartHasANumberOfItsOwn) {
   const std::string path = File("key", kHex);
   for (uint16_t start = 1; start <= 20; ++start) {
     EXPECT_EQ(start, TakeKey(path).value().start);
-    EXPECT_EQ(std::to_string(start) + "\n", TextOf(path + ".starts"));
+    EXPECT_EQ(std::to_string(start) + "\n", ReadFile(path + ".starts").value());
   }
   File("key.starts", "65534");
   EXPECT_EQ(65535, TakeKey(path).value().start);
@@ -94,7 +89,7 @@ TEST_F(RobotKeyTest, ACountThatIsNoneIsRefused) {
     const auto key = TakeKey(path);
     ASSERT_FALSE(key.ok()) << text;
     EXPECT_THAT(key.error(), HasSubstr(starts));
-    EXPECT_EQ(text, TextOf(starts));
+    EXPECT_EQ(text, ReadFile(starts).value());
   }
 }
 

@@ -1,12 +1,15 @@
 #include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cstdio>
 #include <system_error>
 
 #include "client_fw/swarm/robots.h"
 #include "server/base/command_line.h"
 #include "server/base/file.h"
+#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -43,6 +46,12 @@ int RunCommands(const std::string& program, const std::string& description,
 
 int Fail(const std::string& message, int status) {
   return pheromone::Fail(program_name, message, status);
+}
+
+void ShowProgress(const std::string& text) {
+  if (isatty(STDERR_FILENO) != 0) {
+    fmt::print(Unescaped(stderr), "\r{}\x1b[K", text);
+  }
 }
 
 int WriteFiles(const std::filesystem::path& folder,

@@ -1,6 +1,6 @@
 // Functions shared by the commands of pheromone-swarm and pheromone-experiments. Each command is a
-// pair of files, NAME_command.h and .cc or NAME/command.h and .cc, and adds itself to the command
-// line; main.cc has the list of them.
+// file, NAME_command.cc or NAME/command.cc, and adds itself to the command line; main.cc has the
+// list of them.
 //
 // Exit status of all: 0: success; else that of server/base/program.h.
 #pragma once
@@ -27,6 +27,10 @@ int RunCommands(const std::string& program, const std::string& description,
 
 /// Prints an error on standard error, after the program's name, and returns `status`.
 int Fail(const std::string& message, int status);
+
+/// On a terminal, shows on standard error how far a command is, in a line that is renewed; ""
+/// clears it. Elsewhere nothing. For text that is known: it is not escaped.
+void ShowProgress(const std::string& text);
 
 /// Creates the folder if it does not exist, and writes each (name, content). Returns the exit
 /// status: 0, or kFailed at the first file that cannot be written, which is reported.

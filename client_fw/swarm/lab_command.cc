@@ -1,5 +1,5 @@
-#include "client_fw/swarm/lab_command.h"
-
+// pheromone-swarm lab: swarms of thousands on the server's own field, with an ideal or a modelled
+// radio, or with each byte on the air (client_fw/lab).
 #include <fmt/format.h>
 
 #include <cmath>
@@ -21,6 +21,7 @@
 #include "client_fw/lab/scenario/summary.h"
 #include "client_fw/lab/scenario/sweep.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/commands.h"
 #include "client_fw/swarm/daemon_links.h"
 #include "client_fw/swarm/lab_outputs.h"
 #include "client_fw/swarm/lab_radio.h"

@@ -1,5 +1,4 @@
-#include "client_fw/swarm/live_command.h"
-
+// pheromone-swarm live: one robot against a running pheromoned, in real time.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -17,6 +16,7 @@
 #include "client_fw/boards/host/stop_text.h"
 #include "client_fw/core/steering/settings.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/commands.h"
 #include "client_fw/swarm/live.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"

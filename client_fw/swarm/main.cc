@@ -2,11 +2,7 @@
 //
 // Exit status: 0 done; 1 the command failed; 2 the command line or a file is wrong.
 #include "client_fw/swarm/command.h"
-#include "client_fw/swarm/lab_command.h"
-#include "client_fw/swarm/live_command.h"
-#include "client_fw/swarm/path_command.h"
-#include "client_fw/swarm/pioneer_command.h"
-#include "client_fw/swarm/run_command.h"
+#include "client_fw/swarm/commands.h"
 
 int main(int argc, char** argv) {
   using namespace pheromone::swarm;  // NOLINT(google-build-using-namespace)

@@ -1,7 +1,5 @@
-#include "client_fw/swarm/path_command.h"
-
+// pheromone-swarm path: the paper's path-following experiment, in virtual time.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <memory>
@@ -10,12 +8,12 @@
 #include <vector>
 
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/commands.h"
 #include "client_fw/swarm/fit.h"
 #include "client_fw/swarm/path_experiment.h"
 #include "client_fw/swarm/picture.h"
 #include "client_fw/swarm/robots.h"
 #include "server/base/number_check.h"
-#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -78,7 +76,6 @@ int RunPath(PathOptions options) {
   std::vector<PathSummary> summaries;
   std::string runs_csv = "path,law,seed,mean_error_mm,late_mean_error_mm,progress_percent\n";
   const size_t all = options.shapes.size() * options.laws.size();
-  const bool progress = isatty(STDERR_FILENO) != 0;
   for (const Shape shape : options.shapes) {
     std::vector<Way> ways;
     PathExperiment experiment = options.experiment;
@@ -87,10 +84,8 @@ int RunPath(PathOptions options) {
       experiment.law = law;
       std::vector<PathRun> runs;
       for (int seed = 1; seed <= options.seeds; ++seed) {
-        if (progress) {
-          fmt::print(Unescaped(stderr), "\r{}/{} {} {}: seed {} of {}   ", summaries.size() + 1,
-                     all, NameOf(shape), NameOf(law), seed, options.seeds);
-        }
+        ShowProgress(fmt::format("{}/{} {} {}: seed {} of {}", summaries.size() + 1, all,
+                                 NameOf(shape), NameOf(law), seed, options.seeds));
         runs.push_back(FollowPath(experiment, static_cast<uint64_t>(seed)));
         const PathRun& run = runs.back();
         runs_csv +=
@@ -113,9 +108,7 @@ int RunPath(PathOptions options) {
       }
     }
   }
-  if (progress) {
-    fmt::print(Unescaped(stderr), "\r{:60}\r", "");
-  }
+  ShowProgress("");
   const std::string csv = ToCsv(summaries);
   fmt::print("{}", csv);
   if (!options.out.empty()) {

@@ -16,7 +16,6 @@ constexpr double kPixelsPerMetre = 120;
 constexpr double kMarginM = 0.7;
 constexpr double kTitlePx = 34;
 constexpr double kLegendLinePx = 22;
-constexpr const char* kOutlineColour = "#2d004b";
 constexpr const char* kObstacleColour = "#777777";
 
 struct Box {
@@ -143,14 +142,6 @@ void DrawPath(Canvas* canvas, const field::Path& path) {
       path.closed ? "polygon" : "polyline", points);
 }
 
-void DrawOutline(Canvas* canvas, const Outline& outline) {
-  canvas->Add(
-      R"svg(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" fill="none" stroke="{}" stroke-width="1.5"/>)svg",
-      canvas->X(static_cast<double>(outline.centre.x) / 1e6),
-      canvas->Y(static_cast<double>(outline.centre.y) / 1e6),
-      static_cast<double>(outline.radius_um) / 1e6 * kPixelsPerMetre, kOutlineColour);
-}
-
 // The robot as a triangle that faces its heading.
 void DrawRobot(Canvas* canvas, const sim::PlanePose& pose, const std::string& colour, bool filled) {
   canvas->Add(
@@ -171,8 +162,7 @@ void DrawWay(Canvas* canvas, const Way& way) {
   DrawRobot(canvas, way.track.back().pose, way.colour, true);
 }
 
-void DrawLegend(Canvas* canvas, bool obstacles, const std::vector<Outline>& outlines,
-                const std::vector<const Way*>& ways) {
+void DrawLegend(Canvas* canvas, bool obstacles, const std::vector<const Way*>& ways) {
   double y = canvas->plot_bottom() + 22;
   canvas->Add(
       R"svg(<path d="M10 {0:.1f}h30" stroke="#333333" stroke-width="1.2" stroke-dasharray="6 4"/><text x="48" y="{1:.1f}">target path; dots are nodes with pheromone, the shade its intensity</text>)svg",
@@ -182,12 +172,6 @@ void DrawLegend(Canvas* canvas, bool obstacles, const std::vector<Outline>& outl
     canvas->Add(
         R"svg(<path d="M18 {:.1f}h14v-14h-14z" fill="{}"/><text x="48" y="{:.1f}">obstacles</text>)svg",
         y + 3, kObstacleColour, y);
-  }
-  for (const Outline& outline : outlines) {
-    y += kLegendLinePx;
-    canvas->Add(
-        R"svg(<circle cx="25" cy="{:.1f}" r="7" fill="none" stroke="{}" stroke-width="1.5"/><text x="48" y="{:.1f}">{}</text>)svg",
-        y - 4, kOutlineColour, y, EscapeXml(outline.label));
   }
   for (const Way* way : ways) {
     y += kLegendLinePx;
@@ -208,7 +192,7 @@ std::string Draw(const Picture& picture, const field::Field& field, uint64_t now
   }
   const Box box = BoxOf(picture.path, picture.ways);
   const bool obstacles = picture.with_obstacles && field.config().obstacles;
-  Canvas canvas(box, listed.size() + picture.outlines.size() + (obstacles ? 2 : 1), picture.title);
+  Canvas canvas(box, listed.size() + (obstacles ? 2 : 1), picture.title);
   DrawGrid(&canvas, box);
   for (const Shade& shade : picture.shades) {
     if (const field::PheromoneLaw* law = field.FindLaw(shade.type); law != nullptr) {
@@ -219,15 +203,12 @@ std::string Draw(const Picture& picture, const field::Field& field, uint64_t now
     DrawObstacles(&canvas, box, field.config());
   }
   DrawPath(&canvas, picture.path);
-  for (const Outline& outline : picture.outlines) {
-    DrawOutline(&canvas, outline);
-  }
   for (const Way& way : picture.ways) {
     if (way.track.size() >= 2) {
       DrawWay(&canvas, way);
     }
   }
-  DrawLegend(&canvas, obstacles, picture.outlines, listed);
+  DrawLegend(&canvas, obstacles, listed);
   return canvas.Take();
 }
 

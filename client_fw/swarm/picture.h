@@ -29,19 +29,11 @@ struct Shade {
   double opacity = 0.16;    ///< of one full node; less where many overlap
 };
 
-/// An outline on the map.
-struct Outline {
-  std::string label;
-  field::PointUm centre;
-  int64_t radius_um = 0;
-};
-
 struct Picture {
   std::string title;
   field::Path path;
-  std::vector<Shade> shades;      ///< the first at the bottom
-  std::vector<Outline> outlines;  ///< the tracks are drawn over them
-  bool with_obstacles = false;    ///< the field's blocked nodes, as the squares they stand for
+  std::vector<Shade> shades;    ///< the first at the bottom
+  bool with_obstacles = false;  ///< the field's blocked nodes, as the squares they stand for
   std::vector<Way> ways;
 };
 

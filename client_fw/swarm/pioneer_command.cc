@@ -1,5 +1,10 @@
-#include "client_fw/swarm/pioneer_command.h"
-
+// pheromone-swarm pioneer: a simulated Pioneer in real time, for any ARCOS client.
+//
+//   pheromone-swarm pioneer --model p3dx-sh --pty pioneer.pty
+//   pheromone-swarm pioneer --tcp 8101 --drift 2 --slip 5 --seed 7
+//
+// Runs until SIGTERM or SIGINT, and removes the pty's link then. Handles the two signals while it
+// runs. One thread. Exit status: 0 ended by a signal, kFailed the port could not be opened.
 #include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
@@ -24,6 +29,7 @@
 #include "client_fw/sim/pioneer/pioneer_server.h"
 #include "client_fw/swarm/collision.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/commands.h"
 #include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 #include "server/config/config.h"

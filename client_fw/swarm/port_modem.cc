@@ -16,28 +16,9 @@ namespace {
 constexpr int64_t kReopenNs = 500'000'000;
 constexpr size_t kAdapterBytes = 62;  // it does not hold back more
 
-struct Rate {
-  int64_t baud;
-  speed_t speed;
-};
-constexpr std::array<Rate, 10> kRates = {{{300, B300},
-                                          {600, B600},
-                                          {1200, B1200},
-                                          {2400, B2400},
-                                          {4800, B4800},
-                                          {9600, B9600},
-                                          {19'200, B19200},
-                                          {38'400, B38400},
-                                          {57'600, B57600},
-                                          {115'200, B115200}}};
-
-// Other rates are as already configured on the port.
+// Rates that the system does not know are as already configured on the port.
 void SetRate(int64_t byte_ns, termios* settings) {
-  for (const Rate& rate : kRates) {
-    if (10'000'000'000 / rate.baud == byte_ns) {
-      cfsetspeed(settings, rate.speed);
-    }
-  }
+  cfsetspeed(settings, static_cast<speed_t>(10'000'000'000 / byte_ns));
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
-#include "client_fw/swarm/run_command.h"
-
+// pheromone-swarm run: robots in a scenario from a file, in virtual time.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
@@ -17,6 +16,7 @@
 #include "client_fw/boards/host/real_time.h"
 #include "client_fw/swarm/capacity.h"
 #include "client_fw/swarm/command.h"
+#include "client_fw/swarm/commands.h"
 #include "client_fw/swarm/own_server.h"
 #include "client_fw/swarm/progress_bar.h"
 #include "client_fw/swarm/scenario/report.h"

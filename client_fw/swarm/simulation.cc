@@ -24,8 +24,7 @@ Simulation::Simulation(const SimulationConfig& config)
   (void)configured;
   swarm_.emplace(Signed(config), [&](size_t channel, sim::RadioMedium* medium) {
     if (!keys_.empty()) {
-      signing_.emplace_back(signing::Security::kRequire, keys_,
-                            SeededRandom(config.signing_seed + channel));
+      signing_.emplace_back(signing::Security::kRequire, keys_, SeededRandom(1 + channel));
     }
     stations_.emplace_back(&service_, static_cast<engine::LinkIndex>(channel),
                            config.engine.links[channel], medium, config.server,

@@ -31,7 +31,6 @@ struct SimulationConfig : SwarmConfig {
   /// By the robots' IDs. If there are any, all channels require signed frames, and `client.key` of
   /// each robot is set.
   signing::Keys keys;
-  uint64_t signing_seed = 1;  ///< of the server's nonces and group keys
 };
 
 class Simulation {

@@ -40,9 +40,6 @@ struct CleaningLimits {
   bool passers_by = false;  ///< write on tags as much as they like
   uint64_t closed = 0;      ///< zones from which an operator's sign keeps robots away, as bits
   int asks = 0;  ///< how often an operator may write that a zone is to be cleaned again; at most 15
-  /// Whether a robot claims its zone in the step in which it decided to. Else others may act
-  /// between reading a tag and writing on it.
-  bool claims_at_once = false;
   /// Seeded faults, beside a lease of 0 or one shorter than cleaning takes.
   bool moves_between_equals = false;    ///< a robot's own zone does not win ties
   bool claims_unconditionally = false;  ///< writes without naming what it has read

@@ -190,12 +190,9 @@ void CleaningWorld::Decide(const CleaningState& state, size_t robot) {
       break;
     case CleaningAct::kClean: {
       CleaningState after = state;
+      // It claims in a later step: others may act between reading a tag and writing on it.
       after.cleaners[robot] = {.phase = CleanerPhase::kClaiming, .zone = zone};
-      if (limits_.claims_at_once) {
-        Claim(after, robot);
-      } else {
-        Visit(CleaningAction::kDecidesToClean, robot, zone, after);
-      }
+      Visit(CleaningAction::kDecidesToClean, robot, zone, after);
       if (limits_.moves_between_equals) {  // as if its own zone were not there
         view.tags[0].is_occupied = true;
         const CleaningDecision other = client::Decide(view, 0);

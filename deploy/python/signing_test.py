@@ -14,14 +14,13 @@ import tempfile
 import unittest
 
 sys.dont_write_bytecode = True
-HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
 from pheromone import _signing, aio, drive, wire  # noqa: E402
 from pheromone.robot import (  # noqa: E402
     Client, Line, NewEpoch, NoAnswer, NonceUsedUp, next_boot)
 from pheromone.wire import build  # noqa: E402
 from signed_server import SignedServer, cmac  # noqa: E402
 
+HERE = pathlib.Path(__file__).resolve().parent
 VECTORS = HERE.parents[1] / "protocol/vectors/signed.txt"
 KEY = bytes(range(16))
 RESUME = build("COMMAND", 7, seq=1, code=wire.RESUME)

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <set>
@@ -20,6 +19,8 @@
 
 #include "client_fw/verify/cleaning_check.h"
 #include "client_fw/verify/cleaning_world.h"
+#include "server/base/file.h"
+#include "server/base/result.h"
 #include "server/base/testing/temporary_folder.h"
 
 namespace pheromone::verify {
@@ -33,9 +34,9 @@ std::string Spin(const std::string& defines) {
                               "/proto_tests/cleaning/cleaning.pml >spin.txt 2>&1 && cc -w -O0 "
                               "-DSAFETY -DMEMLIM=2000 -o pan pan.c && ./pan -m1000000 -n >out.txt";
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
-  std::ifstream file(folder / "out.txt");
-  std::string out((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  return out;
+  const Result<std::string> out = ReadFile(folder / "out.txt");
+  EXPECT_TRUE(out.ok()) << out.error();
+  return out.ok() ? out.value() : "";
 }
 
 bool HasErrors(const std::string& out) {

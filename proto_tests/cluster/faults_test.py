@@ -28,6 +28,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from attach_test import Program  # noqa: E402
+from checks import quantile  # noqa: E402
 from cluster import histories  # noqa: E402
 from cluster.network import can_make  # noqa: E402
 from cluster.scene import FLOOR, SERVERS, TCP, UDP, WITNESS, Call, Scene  # noqa: E402
@@ -293,10 +294,10 @@ def judge(run, folder, is_complete, logs, others=()):
           f"{sum(len(it.endings) for it in scene.servers.values())} times")
     run.rows = [("changes", times, "", max(times, default=0.0)),
                 ("halts", delays, "", max(delays, default=0.0))]
-    print(f"changes: p50 {1000 * histories.quantile(times, 0.5):.0f} ms, p99 "
-          f"{1000 * histories.quantile(times, 0.99):.0f} ms, longest {1000 * max(times, default=0):.0f} ms")
+    print(f"changes: p50 {1000 * quantile(times, 0.5):.0f} ms, p99 "
+          f"{1000 * quantile(times, 0.99):.0f} ms, longest {1000 * max(times, default=0):.0f} ms")
     print(f"halts: {len(run.halted)}, to {len(delays)} robots: p50 "
-          f"{1000 * histories.quantile(delays, 0.5):.1f} ms, {late} later than {1000 * HALT_S:.0f} ms, "
+          f"{1000 * quantile(delays, 0.5):.1f} ms, {late} later than {1000 * HALT_S:.0f} ms, "
           f"{len(run.wrong)} never")
     for at, robot, delay in found:
         if delay > HALT_S:
@@ -310,8 +311,7 @@ def judge(run, folder, is_complete, logs, others=()):
 def write(options, fault, faults, table):
     """`table`: (figure, values in s, fail-safe stops, the most in s) of each row."""
     rows = [[options.date, fault, faults, figure, len(values),
-             *[f"{1000 * it:.0f}" for it in (histories.quantile(values, 0.5),
-                                             histories.quantile(values, 0.99), most)], stops]
+             *[f"{1000 * it:.0f}" for it in (quantile(values, 0.5), quantile(values, 0.99), most)], stops]
             for figure, values, stops, most in table]
     for row in rows:
         print(", ".join(map(str, row)))

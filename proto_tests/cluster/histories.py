@@ -232,10 +232,6 @@ def following(file):
         yield json.loads(line)
 
 
-def quantile(values, share):
-    return sorted(values)[min(len(values) - 1, int(share * len(values)))] if values else float("nan")
-
-
 def latencies(history):
     """Of each change, (when it was sent, the time until its answer)."""
     begun, found = {}, []

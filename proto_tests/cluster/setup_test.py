@@ -9,7 +9,6 @@ The machines are namespaces, with a network, an /etc and a /var/lib of their own
 """
 
 import json
-import os
 import pathlib
 import re
 import shutil

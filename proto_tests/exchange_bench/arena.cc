@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <random>
 
+#include "proto_tests/exchange_bench/fail.h"
 #include "protocol/opcodes.h"
 #include "server/config/config.h"
 #include "server/core/engine/engine.h"
@@ -48,11 +47,6 @@ file = "nodes.pgm"
 [daemon]
 io_threads = 1
 )";
-
-[[noreturn]] void Fail(const std::string& why) {
-  fmt::print(stderr, "exchange_bench: {}\n", why);
-  std::exit(1);
-}
 
 // Of a square; by row from below, then by column: whether the node holds something.
 struct Nodes {

@@ -1,6 +1,5 @@
 #include "proto_tests/exchange_bench/fed_watchdog.h"
 
-#include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -8,9 +7,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <cstring>
 #include <string_view>
+
+#include "proto_tests/exchange_bench/fail.h"
 
 namespace pheromone::bench {
 namespace {
@@ -28,8 +28,7 @@ FedWatchdog::FedWatchdog(const std::string& folder) : path_(folder + "/notify") 
   std::memcpy(address.sun_path, path_.data(), std::min(path_.size(), sizeof address.sun_path - 1));
   unlink(path_.c_str());
   if (bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    fmt::print(stderr, "exchange_bench: cannot bind {}\n", path_);
-    std::exit(1);
+    Fail("cannot bind " + path_);
   }
   thread_ = std::thread([this] { Hear(); });
 }

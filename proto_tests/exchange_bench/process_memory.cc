@@ -28,8 +28,12 @@ long StatusKib(pid_t process, std::string_view key) {
 
 }  // namespace
 
+long RssKib(pid_t process) {
+  return StatusKib(process, "VmRSS:");
+}
+
 long FamilyRssKib(pid_t process) {
-  long kib = StatusKib(process, "VmRSS:");
+  long kib = RssKib(process);
   std::error_code gone;
   for (const auto& task :
        std::filesystem::directory_iterator(fmt::format("/proc/{}/task", process), gone)) {

@@ -8,7 +8,10 @@
 
 namespace pheromone::bench {
 
-/// The resident memory of `process` and of all that it has started, children's children too.
+/// The resident memory of `process`; 0 if it has gone.
+long RssKib(pid_t process);
+
+/// The same of it and of all that it has started, children's children too.
 long FamilyRssKib(pid_t process);
 
 /// Samples continuously, in a thread of its own, until it is destroyed.

@@ -1,20 +1,17 @@
 #include "proto_tests/exchange_bench/pty_load.h"
 
-#include <fcntl.h>
-#include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <deque>
 #include <optional>
 #include <random>
 
 #include "proto_tests/exchange_bench/given_up.h"
+#include "proto_tests/exchange_bench/open_pty.h"
 #include "protocol/decoder.h"
 #include "protocol/messages.h"
 #include "server/daemon/scheduling.h"
@@ -38,15 +35,7 @@ class Robot {
         options_(options),
         byte_time_(std::chrono::nanoseconds(10'000'000'000 / int64_t{options.baud})),
         random_(seed),
-        handle_(open(pty.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)) {
-    termios mode{};
-    if (handle_ < 0 || tcgetattr(handle_, &mode) != 0) {
-      fmt::print(stderr, "exchange_bench: cannot open {}\n", pty);
-      std::exit(1);
-    }
-    cfmakeraw(&mode);
-    tcsetattr(handle_, TCSANOW, &mode);
-    tcflush(handle_, TCIFLUSH);
+        handle_(OpenPty(pty)) {
     // Robots do not begin at the same moment.
     next_ = Clock::now() + byte_time_ * static_cast<int64_t>(random_() % 32);
     if (options.trace) {

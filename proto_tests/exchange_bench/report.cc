@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
+
+#include "proto_tests/exchange_bench/fail.h"
 
 namespace pheromone::bench {
 namespace {
@@ -43,8 +44,7 @@ Report::Report(const std::string& csv_file) {
   }
   csv_.open(csv_file);
   if (!csv_) {
-    fmt::print(stderr, "exchange_bench: cannot write {}\n", csv_file);
-    std::exit(1);
+    Fail("cannot write " + csv_file);
   }
   csv_ << "server,load,clients,per_second,echo_per_second,share_of_echo,right,wrong,lost,p50_ms,"
           "p99_ms,p999_ms,late,longest_ms,alone_p99_ms,alone_longest_ms,stops,request_ms,unfed_ms,"

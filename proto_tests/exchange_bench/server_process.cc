@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <netinet/in.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -18,15 +17,13 @@
 #include <string_view>
 #include <thread>
 
+#include "proto_tests/exchange_bench/fail.h"
+#include "proto_tests/exchange_bench/process_memory.h"
+
 namespace pheromone::bench {
 namespace {
 
 constexpr std::chrono::seconds kPatience{60};
-
-[[noreturn]] void Fail(const std::string& why) {
-  fmt::print(stderr, "exchange_bench: {}\n", why);
-  std::exit(1);
-}
 
 void End(pid_t process) {
   if (process > 0) {
@@ -140,13 +137,7 @@ uint16_t ServerProcess::PortOf(const std::string& link) const {
 }
 
 long ServerProcess::rss_kib() const {
-  std::ifstream status(fmt::format("/proc/{}/status", process_));
-  for (std::string line; std::getline(status, line);) {
-    if (line.rfind("VmRSS:", 0) == 0) {
-      return std::stol(line.substr(6));
-    }
-  }
-  return 0;
+  return RssKib(process_);
 }
 
 EchoProcess::EchoProcess() {

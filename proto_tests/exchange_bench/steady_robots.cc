@@ -1,22 +1,20 @@
 #include "proto_tests/exchange_bench/steady_robots.h"
 
 #include <arpa/inet.h>
-#include <fcntl.h>
-#include <fmt/format.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <random>
 #include <utility>
 
+#include "proto_tests/exchange_bench/fail.h"
 #include "proto_tests/exchange_bench/given_up.h"
+#include "proto_tests/exchange_bench/open_pty.h"
 #include "protocol/decoder.h"
 #include "protocol/messages.h"
 
@@ -28,23 +26,6 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPeriod{20};
 constexpr std::chrono::milliseconds kFailSafe{500};  // protocol/README.md, section 8
 constexpr int kPatienceMs = 10'000;                  // for the answer to HELLO
-
-[[noreturn]] void Fail(const std::string& why) {
-  fmt::print(stderr, "exchange_bench: {}\n", why);
-  std::exit(1);
-}
-
-int OpenPty(const std::string& path) {
-  const int handle = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  termios mode{};
-  if (handle < 0 || tcgetattr(handle, &mode) != 0) {
-    Fail("cannot open " + path);
-  }
-  cfmakeraw(&mode);
-  tcsetattr(handle, TCSANOW, &mode);
-  tcflush(handle, TCIFLUSH);
-  return handle;
-}
 
 int ConnectUdp(uint16_t port) {
   const int handle = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);

@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <memory>
 #include <random>
 #include <span>
@@ -18,6 +17,7 @@
 #include <utility>
 
 #include "client_fw/core/signing/signing.h"
+#include "proto_tests/exchange_bench/fail.h"
 #include "proto_tests/exchange_bench/given_up.h"
 #include "protocol/decoder.h"
 
@@ -119,8 +119,7 @@ class Clients {
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     address.sin_port = htons(port);
     if (connect(client.socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      fmt::print(stderr, "exchange_bench: cannot connect a UDP socket\n");
-      std::exit(1);
+      Fail("cannot connect a UDP socket");
     }
     return client;
   }
@@ -200,8 +199,7 @@ class Clients {
         is_greeted = client.signing->TakeAnswer(ViewOf(message));
       });
       if (!is_greeted) {
-        fmt::print(stderr, "exchange_bench: client {} has no session\n", client.id);
-        std::exit(1);
+        Fail(fmt::format("client {} has no session", client.id));
       }
     }
   }

@@ -149,7 +149,6 @@ def keys_revoked(*keys):
 
 
 RESTARTED = other(6, far(1000, 2) + b"\0")
-WHOLE = struct.pack("<H", 0)
 
 
 def damaged(cut=0, *changes):

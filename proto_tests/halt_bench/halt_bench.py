@@ -30,7 +30,7 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
-from checks import check  # noqa: E402
+from checks import check, quantile  # noqa: E402
 from operated_daemon import OperatedDaemon, write_config  # noqa: E402
 from stranger.client import open_terminal  # noqa: E402
 from stranger.wire import Decoder, encode  # noqa: E402
@@ -51,10 +51,6 @@ def config(tls):
             + table("capture", folder="captures")
             + table("web", listen="127.0.0.1:0", token_file="token",
                     **({"tls_certificate": "cert.pem", "tls_key": "key.pem"} if tls else {})))
-
-
-def quantile(times, share):
-    return sorted(times)[min(len(times) - 1, int(share * len(times)))] if times else float("nan")
 
 
 # --- The strangers. Each runs in processes of its own, until it is killed.

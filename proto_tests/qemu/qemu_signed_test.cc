@@ -3,11 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,6 +14,7 @@
 #include "proto_tests/qemu/standing_pioneer.h"
 #include "protocol/decoder.h"
 #include "protocol/messages.h"
+#include "server/base/testing/temporary_folder.h"
 
 namespace pheromone::conformance {
 namespace {
@@ -40,18 +38,6 @@ uint16_t CheckOf(const Bytes& bytes) {
 
 class QemuSigned : public ::testing::Test {
  protected:
-  QemuSigned() {
-    std::string folder = testing::TempDir() + "qemu_signed_XXXXXX";
-    if (mkdtemp(folder.data()) == nullptr) {
-      throw std::runtime_error(folder + " cannot be made");
-    }
-    folder_ = folder;
-  }
-  ~QemuSigned() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-
   void StoreKey(uint16_t check) {
     Bytes eeprom(kKeyAddress, 0xFF);
     eeprom.insert(eeprom.end(), signer_.key.begin(), signer_.key.end());
@@ -99,7 +85,7 @@ class QemuSigned : public ::testing::Test {
     return HelloAnswerTo(hello);
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
   NaiveSigner signer_;
   std::optional<QemuMachine> machine_;
   std::optional<StandingPioneer> pioneer_;

@@ -128,15 +128,15 @@ SIGNATURE_TO_ALL = 6  # bytes between DATA and CRC, if it is signed
 CODED_HELLO = {5: 34, 3: 15 + 5}  # bytes of DATA by rows: the answers to the first and the second
 
 
-def times(a, b, modulus=0x11D):
-    """The product in GF(256), modulo x^8 + x^4 + x^3 + x^2 + 1 or another polynomial."""
+def times(a, b):
+    """The product in GF(256), modulo x^8 + x^4 + x^3 + x^2 + 1."""
     product = 0
     for bit in range(8):
         if b >> bit & 1:
             product ^= a << bit
     for bit in range(14, 7, -1):
         if product >> bit & 1:
-            product ^= modulus << bit - 8
+            product ^= 0x11D << bit - 8
     return product
 
 

@@ -1,8 +1,10 @@
 """Signed frames (../README.md, section 18), for make_vectors.py: what is sent, and what a receiver that
-has accepted counters up to `last` makes of it. AES and CMAC are those of naive_aes.py.
+has accepted counters up to `last` makes of it. AES and CMAC are those of python3-cryptography.
 """
 
-from naive_aes import cmac, combined
+from cryptography.hazmat.primitives.ciphers.algorithms import AES
+from cryptography.hazmat.primitives.cmac import CMAC
+
 from naive_protocol import body_of, coded_of, read, wire_of
 
 CLIENT, SERVER, TO_ALL, HELLO, GREETING, SESSION_KEY, GROUP_MASK = range(1, 8)
@@ -41,7 +43,9 @@ def round_of(answers, turns):
 
 def mac(key, use, counter, body):
     """`body`: ID, OPCODE, DATA."""
-    return cmac(key, bytes([use]) + counter.to_bytes(4, "little") + body)
+    tag = CMAC(AES(key))
+    tag.update(bytes([use]) + counter.to_bytes(4, "little") + body)
+    return tag.finalize()
 
 
 def signed(key, use, counter, body):
@@ -56,7 +60,7 @@ def derived(use, number=0, server_nonce=SERVER_NONCE):
 
 
 SESSION = derived(SESSION_KEY)[1]
-MASKED = combined(GROUP, derived(GROUP_MASK)[1])
+MASKED = bytes(a ^ b for a, b in zip(GROUP, derived(GROUP_MASK)[1], strict=True))
 GREETING_7 = (HELLO_ANSWER_7[:4] + SERVER_NONCE + MASKED + GROUP_COUNTER.to_bytes(4, "little"))
 
 

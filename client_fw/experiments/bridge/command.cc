@@ -1,7 +1,7 @@
-#include "client_fw/experiments/bridge/command.h"
+// pheromone-experiments bridge: the double bridge experiment, in virtual time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -12,9 +12,8 @@
 
 #include "client_fw/experiments/bridge/experiment.h"
 #include "client_fw/experiments/bridge/moments.h"
-#include "client_fw/swarm/command.h"
+#include "client_fw/experiments/commands.h"
 #include "server/base/number_check.h"
-#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -52,7 +51,6 @@ int RunBridgeCommand(const BridgeOptions& options) {
   base.duration_ms = static_cast<int64_t>(options.minutes * 60'000);
   const std::vector<BridgeExperiment> experiments =
       options.base_only ? std::vector<BridgeExperiment>{base} : BridgeExperiments(base);
-  const bool progress = isatty(STDERR_FILENO) != 0;
   std::vector<BridgeSeries> all;
   fmt::print(stderr, "{} experiments of {} swarms, each of {} min of virtual time\n",
              experiments.size(), options.seeds, options.minutes);
@@ -62,14 +60,10 @@ int RunBridgeCommand(const BridgeOptions& options) {
     int done = 0;
     all.push_back(RunBridges(experiment, options.seeds, [&] {
       ++done;
-      if (progress) {
-        fmt::print(Unescaped(stderr), "\r{}/{} {}: {} of {} swarms\x1b[K", all.size() + 1,
-                   experiments.size(), experiment.name, done, options.seeds);
-      }
+      ShowProgress(fmt::format("{}/{} {}: {} of {} swarms", all.size() + 1, experiments.size(),
+                               experiment.name, done, options.seeds));
     }));
-    if (progress) {
-      fmt::print(Unescaped(stderr), "\r\x1b[K");
-    }
+    ShowProgress("");
     fmt::print("{}", BridgeTableRow(all.back()));
     std::fflush(stdout);
     // After each, so that nothing is lost when the command is cut off.

@@ -1,7 +1,7 @@
-#include "client_fw/experiments/channel/command.h"
+// pheromone-experiments channel: how many robots a radio channel can serve, in virtual time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -13,11 +13,10 @@
 
 #include "client_fw/experiments/channel/experiment.h"
 #include "client_fw/experiments/channel/report.h"
-#include "client_fw/swarm/command.h"
+#include "client_fw/experiments/commands.h"
 #include "client_fw/swarm/parallel_runs.h"
 #include "server/base/file.h"
 #include "server/base/number_check.h"
-#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -208,18 +207,12 @@ using Rows = std::vector<ChannelSummary>;
 int RunPlan(const std::vector<ChannelExperiment>& plan,
             const std::function<int(const ChannelExperiment&)>& seeds_of,
             const std::function<int(const Rows&)>& keep) {
-  const bool progress = isatty(STDERR_FILENO) != 0;
   Rows rows;
   for (const ChannelExperiment& experiment : plan) {
-    if (progress) {
-      fmt::print(Unescaped(stderr), "\r{}/{}: {} robots   ", rows.size() + 1, plan.size(),
-                 experiment.robots);
-    }
+    ShowProgress(fmt::format("{}/{}: {} robots", rows.size() + 1, plan.size(), experiment.robots));
     std::vector<ChannelRun> runs(static_cast<size_t>(seeds_of(experiment)));
     RunInParallel(runs.size(), [&](size_t i) { runs[i] = MeasureChannel(experiment, i + 1); });
-    if (progress) {
-      fmt::print(Unescaped(stderr), "\r{:60}\r", "");
-    }
+    ShowProgress("");
     rows.push_back(Summarise(experiment, runs));
     fmt::print("{}", ToTableRow(rows.back()));
     std::fflush(stdout);

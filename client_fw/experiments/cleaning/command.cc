@@ -1,7 +1,7 @@
-#include "client_fw/experiments/cleaning/command.h"
+// pheromone-experiments cleaning: robots that clean a grid of zones, in virtual time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdint>
 #include <cstdio>
@@ -15,9 +15,8 @@
 #include "client_fw/experiments/cleaning/prove.h"
 #include "client_fw/experiments/cleaning/report.h"
 #include "client_fw/experiments/cleaning/sweep.h"
-#include "client_fw/swarm/command.h"
+#include "client_fw/experiments/commands.h"
 #include "server/base/number_check.h"
-#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -103,19 +102,16 @@ int RunOnce(const CleaningOptions& options) {
     return 0;
   }
   experiment.sample_ms = kTrackSampleMs;
-  const bool progress = isatty(STDERR_FILENO) != 0;
   const auto on_second = [&](int64_t second) {
-    if (progress && (second % 10 == 0 || !options.ports.empty())) {
-      fmt::print(Unescaped(stderr), "\r{} of {:.0f} s\x1b[K", second, options.seconds);
+    if (second % 10 == 0 || !options.ports.empty()) {
+      ShowProgress(fmt::format("{} of {:.0f} s", second, options.seconds));
     }
   };
   const Result<CleaningRun> done = options.ports.empty()
                                        ? RunCleaning(experiment, options.seed, on_second)
                                        : RunCleaningLive(experiment, options.seed, options.ports,
                                                          options.keys, StopOnSignals(), on_second);
-  if (progress) {
-    fmt::print(Unescaped(stderr), "\r\x1b[K");
-  }
+  ShowProgress("");
   if (!done.ok()) {
     return Fail(done.error(), kFailed);
   }
@@ -134,7 +130,6 @@ int RunOnce(const CleaningOptions& options) {
 }
 
 int RunSweepOfSizes(const CleaningOptions& options) {
-  const bool progress = isatty(STDERR_FILENO) != 0;
   const std::vector<CleaningExperiment> sizes = CleaningSizes(ExperimentOf(options));
   for (const CleaningExperiment& size : sizes) {
     const std::string wrong = WhatIsWrong(size);
@@ -147,14 +142,12 @@ int RunSweepOfSizes(const CleaningOptions& options) {
   int status = 0;
   for (const CleaningExperiment& size : sizes) {
     all.push_back(RunSeries(size, options.cycles, options.seeds, [&](int done, int64_t second) {
-      if (progress && second % 10 == 0) {
-        fmt::print(Unescaped(stderr), "\r{}/{} {} x {}: {} of {} runs, {} s\x1b[K", all.size() + 1,
-                   sizes.size(), size.grid.columns, size.grid.rows, done, options.seeds, second);
+      if (second % 10 == 0) {
+        ShowProgress(fmt::format("{}/{} {} x {}: {} of {} runs, {} s", all.size() + 1, sizes.size(),
+                                 size.grid.columns, size.grid.rows, done, options.seeds, second));
       }
     }));
-    if (progress) {
-      fmt::print(Unescaped(stderr), "\r\x1b[K");
-    }
+    ShowProgress("");
     fmt::print("{}", ToTableRow(all.back()));
     std::fflush(stdout);
     status = status != 0 ? status : StatusOf(all.back().runs);

@@ -297,7 +297,7 @@ CleaningSummary Summarise(const CleaningExperiment& experiment, const CleaningRu
     if (experiment.IsClosed(zone)) {
       continue;
     }
-    const double gap_s = static_cast<double>(WorstGap(zone, run.cleanings, end_ms).ms) / 1000;
+    const double gap_s = static_cast<double>(WorstGapMs(zone, run.cleanings, end_ms)) / 1000;
     if (gap_s > summary.worst_gap_s) {
       summary.worst_gap_s = gap_s;
       summary.worst_zone = zone;

@@ -85,7 +85,7 @@ TEST(CleaningExperimentTest, OnALossyRadioAllZonesAreCleanedAndNobodyMeets) {
   const CleaningRun run = RunCleaning(experiment, 1);
   EXPECT_TRUE(run.is_safe());
   for (int zone = 0; zone < experiment.grid.zones(); ++zone) {
-    EXPECT_LT(WorstGap(zone, run.cleanings, experiment.duration_ms).ms, 270'000) << zone + 1;
+    EXPECT_LT(WorstGapMs(zone, run.cleanings, experiment.duration_ms), 270'000) << zone + 1;
   }
 }
 

@@ -106,10 +106,9 @@ double HighestPercent(const std::vector<SoilStep>& soil) {
   return highest;
 }
 
-CleaningGap WorstGap(int zone, const std::vector<Cleaning>& cleanings, int64_t end_ms) {
-  CleaningGap worst;
+int64_t WorstGapMs(int zone, const std::vector<Cleaning>& cleanings, int64_t end_ms) {
+  int64_t worst_ms = 0;
   int64_t since_ms = 0;
-  bool is_first = true;
   bool is_open = false;  // at the end of the run
   for (const Cleaning& cleaning : cleanings) {
     if (cleaning.zone != zone) {
@@ -119,16 +118,10 @@ CleaningGap WorstGap(int zone, const std::vector<Cleaning>& cleanings, int64_t e
     if (!cleaning.is_done && !is_open) {
       continue;  // broken off: still not cleaned
     }
-    if (cleaning.begin_ms - since_ms > worst.ms) {
-      worst = {cleaning.begin_ms - since_ms, !is_first};
-    }
+    worst_ms = std::max(worst_ms, cleaning.begin_ms - since_ms);
     since_ms = cleaning.end_ms;
-    is_first = false;
   }
-  if (!is_open && end_ms - since_ms > worst.ms) {
-    worst = {end_ms - since_ms, false};
-  }
-  return worst;
+  return is_open ? worst_ms : std::max(worst_ms, end_ms - since_ms);
 }
 
 int64_t TogetherMs(const std::vector<Cleaning>& cleanings) {

@@ -4,7 +4,7 @@
 //   const CleaningGrid grid{.columns = 4, .rows = 3};
 //   grid.RatePercent(4);                                  // 10: the paper's zone 5
 //   const std::vector<SoilStep> soil = SoilOf(grid, rule, 4, cleanings, end_ms);
-//   WorstGap(4, cleanings, end_ms).ms;                    // the longest without a cleaning
+//   WorstGapMs(4, cleanings, end_ms);                     // the longest without a cleaning
 //
 // After Tammet, Vain and Kuusik 2006, section 4, whose zones 5 to 8 and 11 of twelve soil twice as
 // fast as the others. Zones are numbered from 0, column by column, each from its bottom upwards:
@@ -90,11 +90,7 @@ double HighestPercent(const std::vector<SoilStep>& soil);
 
 /// The longest time in which nobody cleaned a zone: from the end of a cleaning until the next
 /// begins, from the start until the first, and from the last until the end of the run.
-struct CleaningGap {
-  int64_t ms = 0;
-  bool is_between = false;  ///< two cleanings; else it begins or ends with the run
-};
-CleaningGap WorstGap(int zone, const std::vector<Cleaning>& cleanings, int64_t end_ms);
+int64_t WorstGapMs(int zone, const std::vector<Cleaning>& cleanings, int64_t end_ms);
 
 /// For how long two robots cleaned one zone, over all pairs of them, in ms; never, that is.
 int64_t TogetherMs(const std::vector<Cleaning>& cleanings);

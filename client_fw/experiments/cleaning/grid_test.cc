@@ -65,12 +65,10 @@ TEST(CleaningGridTest, AGapIsFromAnEndToTheNextBegin) {
       {.zone = 1, .robot = 1, .begin_ms = 700, .end_ms = 800, .is_done = true},
       {.zone = 0, .robot = 1, .begin_ms = 900, .end_ms = 950, .is_done = false},  // broken off
       {.zone = 0, .robot = 0, .begin_ms = 1'400, .end_ms = 1'500, .is_done = true}};
-  EXPECT_EQ(WorstGap(0, cleanings, 2'000).ms, 800);
-  EXPECT_TRUE(WorstGap(0, cleanings, 2'000).is_between);
-  EXPECT_EQ(WorstGap(0, cleanings, 3'000).ms, 1'500);  // until the end of the run
-  EXPECT_FALSE(WorstGap(0, cleanings, 3'000).is_between);
-  EXPECT_EQ(WorstGap(1, cleanings, 1'000).ms, 700);  // from the start
-  EXPECT_EQ(WorstGap(2, cleanings, 1'000).ms, 1'000);
+  EXPECT_EQ(WorstGapMs(0, cleanings, 2'000), 800);
+  EXPECT_EQ(WorstGapMs(0, cleanings, 3'000), 1'500);  // until the end of the run
+  EXPECT_EQ(WorstGapMs(1, cleanings, 1'000), 700);    // from the start
+  EXPECT_EQ(WorstGapMs(2, cleanings, 1'000), 1'000);
 }
 
 TEST(CleaningGridTest, TwoInOneZoneAreNoticed) {

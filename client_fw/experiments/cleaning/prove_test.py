@@ -14,11 +14,9 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 
+import naive_floor
+
 FOLDER = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(FOLDER))
-
-import naive_floor  # noqa: E402  (after the path)
-
 PROVED, REFUTED, UNKNOWN, WRONG_FILE = 0, 1, 3, 2
 RATES = [5, 10, 5, 8, 5, 3]
 

@@ -14,7 +14,7 @@ double InSeconds(int64_t ms) {
 // The figures of one zone.
 struct ZoneFigures {
   int cleanings = 0;
-  CleaningGap gap;
+  int64_t gap_ms = 0;
   double highest_percent = 0;
 };
 
@@ -23,7 +23,7 @@ ZoneFigures FiguresOf(const CleaningExperiment& experiment, const CleaningRun& r
   figures.cleanings = static_cast<int>(
       std::count_if(run.cleanings.begin(), run.cleanings.end(),
                     [=](const Cleaning& it) { return it.zone == zone && it.is_done; }));
-  figures.gap = WorstGap(zone, run.cleanings, experiment.duration_ms);
+  figures.gap_ms = WorstGapMs(zone, run.cleanings, experiment.duration_ms);
   figures.highest_percent = HighestPercent(
       SoilOf(experiment.grid, experiment.soil, zone, run.cleanings, experiment.duration_ms));
   return figures;
@@ -41,7 +41,7 @@ std::string ToTable(const CleaningExperiment& experiment, const CleaningRun& run
     const ZoneFigures figures = FiguresOf(experiment, run, zone);
     table += fmt::format(
         "{:4}  {:2} %  {:9}  {:14.1f}  {:10.0f} %{}\n", zone + 1, experiment.grid.RatePercent(zone),
-        figures.cleanings, InSeconds(figures.gap.ms), figures.highest_percent,
+        figures.cleanings, InSeconds(figures.gap_ms), figures.highest_percent,
         figures.highest_percent >= experiment.soil.threshold_percent ? "  threshold reached" : "");
   }
   const CleaningSummary summary = Summarise(experiment, run);
@@ -70,7 +70,7 @@ std::string ZonesToCsv(const CleaningExperiment& experiment, const CleaningRun& 
     const ZoneFigures figures = FiguresOf(experiment, run, zone);
     csv += fmt::format("{},{:g},{:g},{},{},{:.3f},{:g}\n", zone + 1, experiment.grid.CentreX(zone),
                        experiment.grid.CentreY(zone), experiment.grid.RatePercent(zone),
-                       figures.cleanings, InSeconds(figures.gap.ms), figures.highest_percent);
+                       figures.cleanings, InSeconds(figures.gap_ms), figures.highest_percent);
   }
   return csv;
 }

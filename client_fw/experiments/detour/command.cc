@@ -1,4 +1,5 @@
-#include "client_fw/experiments/detour/command.h"
+// pheromone-experiments detour: around a repellent on a path, in virtual time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "client_fw/experiments/commands.h"
 #include "client_fw/experiments/detour/experiment.h"
-#include "client_fw/swarm/command.h"
 #include "server/base/number_check.h"
 
 namespace pheromone::swarm {

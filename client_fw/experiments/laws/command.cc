@@ -1,19 +1,17 @@
-#include "client_fw/experiments/laws/command.h"
+// pheromone-experiments laws: the steering laws side by side, and the search that tunes them.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "client_fw/experiments/commands.h"
 #include "client_fw/experiments/laws/experiment.h"
-#include "client_fw/swarm/command.h"
 #include "server/base/number_check.h"
-#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -26,18 +24,12 @@ struct LawsOptions {
   std::string out;
 };
 
-void Show(const std::string& what) {
-  if (isatty(STDERR_FILENO) != 0) {
-    fmt::print(Unescaped(stderr), "\r{:60}\r{}", "", what);
-  }
-}
-
 Tuning TuneAloud(client::Law law, int budget) {
   const std::string name(law == client::Law::kFuzzy ? "fuzzy" : "differential");
   Tuning tuning = Tune(law, budget, kSearchSeed, [&](int i) {
-    Show(fmt::format("searching {}: {} of {}", name, i + 1, budget));
+    ShowProgress(fmt::format("searching {}: {} of {}", name, i + 1, budget));
   });
-  Show("");
+  ShowProgress("");
   const Tunable tunable = TunableOf(law);
   const Merit& merit = tuning.merits[tuning.search.best_index];
   fmt::print("# {}: mean error {:.1f} mm, progress {:.1f} mm/s with", name, merit.error_mm,
@@ -92,11 +84,11 @@ int RunLaws(const LawsOptions& options) {
   std::vector<Comparison> rows;
   for (const Curve curve : curves) {
     for (const Contender& contender : contenders) {
-      Show(fmt::format("{}: {}", NameOf(curve), contender.name));
+      ShowProgress(fmt::format("{}: {}", NameOf(curve), contender.name));
       rows.push_back(Compare(contender, curve, options.seeds));
     }
   }
-  Show("");
+  ShowProgress("");
   const std::string csv = ToCsv(rows);
   fmt::print("{}", csv);
   if (options.out.empty()) {

@@ -1,19 +1,17 @@
-#include "client_fw/experiments/sweep/command.h"
+// pheromone-experiments sweep: path following against one parameter at a time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "client_fw/experiments/commands.h"
 #include "client_fw/experiments/sweep/experiment.h"
-#include "client_fw/swarm/command.h"
 #include "server/base/number_check.h"
-#include "server/base/standard_output.h"
 
 namespace pheromone::swarm {
 namespace {
@@ -41,16 +39,11 @@ int RunSweeps(const SweepOptions& options) {
     }
     size_t done = 0;
     const std::vector<SweepPoint> points =
-        RunSweep(sweep, Swept(), options.curve, options.seeds, [&] {
-          if (isatty(STDERR_FILENO) != 0) {
-            fmt::print(Unescaped(stderr), "\r{:60}\r{}: point {}", "", sweep.name, ++done);
-          }
-        });
+        RunSweep(sweep, Swept(), options.curve, options.seeds,
+                 [&] { ShowProgress(fmt::format("{}: point {}", sweep.name, ++done)); });
     all.insert(all.end(), points.begin(), points.end());
   }
-  if (isatty(STDERR_FILENO) != 0) {
-    fmt::print(Unescaped(stderr), "\r{:60}\r", "");
-  }
+  ShowProgress("");
   const std::string csv = ToCsv(all);
   fmt::print("{}", csv);
   if (options.out.empty()) {

@@ -1,4 +1,6 @@
-#include "client_fw/experiments/trails/command.h"
+// pheromone-experiments trails: the two-trail bench, driven or by timetable, in virtual or real
+// time.
+#include "client_fw/swarm/command.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -16,13 +18,13 @@
 #include <vector>
 
 #include "client_fw/boards/host/real_time.h"
+#include "client_fw/experiments/commands.h"
 #include "client_fw/experiments/trails/experiment.h"
 #include "client_fw/experiments/trails/report.h"
 #include "client_fw/experiments/trails/story.h"
 #include "client_fw/experiments/trails/sweep.h"
 #include "client_fw/experiments/trails/timetable.h"
 #include "client_fw/experiments/trails/trips.h"
-#include "client_fw/swarm/command.h"
 #include "server/base/number_check.h"
 #include "server/base/standard_output.h"
 
@@ -234,16 +236,10 @@ int RunByTimetable(const TrailsOptions& options, const TrailsBench& bench,
 int RunSweep(const TrailsOptions& options, const TrailsBench& bench) {
   const std::vector<LockInCase> cases = LockInCases();
   const size_t runs = cases.size() * static_cast<size_t>(options.seeds);
-  const bool progress = isatty(STDERR_FILENO) != 0;
   const Result<std::vector<LockInRow>> rows =
-      CountLockIn(bench, cases, options.seeds, [&](size_t done) {
-        if (progress) {
-          fmt::print(Unescaped(stderr), "\r{} of {} runs\x1b[K", done, runs);
-        }
-      });
-  if (progress) {
-    fmt::print(Unescaped(stderr), "\r\x1b[K");
-  }
+      CountLockIn(bench, cases, options.seeds,
+                  [&](size_t done) { ShowProgress(fmt::format("{} of {} runs", done, runs)); });
+  ShowProgress("");
   if (!rows.ok()) {
     return Fail(rows.error(), kFailed);
   }

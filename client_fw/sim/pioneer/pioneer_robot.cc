@@ -172,7 +172,7 @@ void PioneerRobot::Open() {
   session_ = Session::kOpen;
   last_command_ns_ = now_ns_;
   next_sonar_ = 0;
-  sonar_enabled_ = config_.sonar_when_opened;
+  sonar_enabled_ = true;  // until SONAR 0
   next_sip_ns_ = now_ns_ + config_.sip_period_ms * kNsPerMs;
   ++counters_.sessions;
 }

@@ -79,7 +79,6 @@ struct PioneerConfig {
   int position_bits = 15;  ///< X and Y wrap at 15 or 16 bits
   int sonars = 16;         ///< readings in a SIP, at most kMaxSonarReadings; more sonars take turns
   int bumpers = 5;         ///< segments of the rings in front and behind, at most 7; 0: no bumpers
-  bool sonar_when_opened = true;  ///< until SONAR 0
   bool answers_config = true;
   double battery_v = 12.8;
   Blocked blocked;    ///< whether an obstacle blocks a position; none if empty
