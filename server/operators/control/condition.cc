@@ -13,6 +13,9 @@ using protocol::CommandCode;
 using protocol::EventCode;
 using protocol::Reason;
 
+// A robot that is answered says HELLO once, and another time if an answer was lost.
+constexpr uint8_t kHellosUnheard = 3;
+
 // A robot at full speed brakes and reports within that.
 constexpr uint64_t kBrakingMs = 1500;
 
@@ -65,6 +68,11 @@ class Judge {
     }
     if (const auto refused = Refused()) {
       return *refused;
+    }
+    if (heard_.hellos >= kHellosUnheard) {
+      return Make(RobotState::kNotHearing,
+                  "it says HELLO again and again and asks nothing: it does not hear the server",
+                  std::max(heard_.hello_ms, heard_.moved_ms));
     }
     if (const auto halted = Halted()) {
       return *halted;
@@ -186,6 +194,8 @@ std::string_view NameOf(RobotState state) {
       return "off the map";
     case RobotState::kRefused:
       return "refused";
+    case RobotState::kNotHearing:
+      return "not hearing";
     case RobotState::kAlarm:
       return "alarm";
     case RobotState::kSilent:

@@ -69,6 +69,20 @@ TEST(ConditionTest, SaysWhatIsKnownOfARobot) {
          it->traffic.refusal = protocol::Reason::kOffTheMap;
          it->traffic.refused_ms = 50'000;
        }},
+      {"not hearing: it says HELLO again and again and asks nothing: it does not hear the server",
+       10'000,
+       [](ClientView* it) {
+         it->traffic.obeyed.reset();
+         it->traffic.moved_ms = 0;
+         it->traffic.hellos = 3;
+         it->halt_of_all_ms = 50'000;  // nor does it hear that
+       }},
+      {"halted: since its start", 10'000,  // the answer to its first HELLO was lost
+       [](ClientView* it) {
+         it->traffic.obeyed.reset();
+         it->traffic.moved_ms = 0;
+         it->traffic.hellos = 2;
+       }},
       {"driving", 12'000,  // the log takes its time
        [](ClientView* it) { it->traffic.refusal = protocol::Reason::kBusy; }},
       {"halted: by an operator", 90'000,

@@ -117,6 +117,7 @@ constexpr StateMend kStateMends[] = {
     {"refused",
      "Restart the robot, so that it says HELLO, and look at the pheromone and tags that "
      "it asks for: pheromonectl laws."},
+    {"not hearing", "Look at the modem of the server (transmit) and of the robot (receive)."},
     {"alarm", "Go to the robot and look."},
     {"silent", "Look at its power and radio; it comes back by itself when it is heard."},
 };
