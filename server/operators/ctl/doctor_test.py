@@ -346,6 +346,20 @@ class WithServerTest(Laboratory):
         self.assert_found("fault", "links", "64 bytes received, but no frame", "same baud",
                           self.examine())
 
+    def test_a_robot_with_another_baud_rate_beside_one_that_is_heard(self):
+        daemon = self.serve(SOUND)
+
+        def frames():
+            view = json.loads(daemon.call("GET", "/api/v1/links")[1])["links"][0]
+            return view["counters"]["received_frames"]
+        robot = self.robot(7)
+        for _ in range(30):
+            robot.line.send(b"\xe0\x9c\x1c")
+            robot.ping()
+        self.assertGreater(frames(), 20)
+        self.assert_found("warning", "links", r"radio-a.*: \d+ of \d+ bytes were outside of frames: a robot "
+                          "with another baud rate", "same baud", self.examine())
+
     def test_poses_on_a_link_that_is_not_there(self):
         daemon = self.serve(TRACKED)
         self.track(daemon, "pose radio-b 7 1 1 0")
