@@ -145,8 +145,11 @@ class Judge {
   }
 
   RobotCondition Moving() const {
-    if (client_.halt_of_all_ms.value_or(0) > resumed_ms_) {
-      return Make(RobotState::kAlarm, "it was told to halt, and moves", *client_.halt_of_all_ms);
+    if (const uint64_t halt_ms = client_.halt_of_all_ms.value_or(0); halt_ms > resumed_ms_) {
+      return heard_.hello_ms > halt_ms
+                 ? Make(RobotState::kAlarm, "all were halted before its start, and it moves",
+                        heard_.hello_ms)
+                 : Make(RobotState::kAlarm, "it was told to halt, and moves", halt_ms);
     }
     if (heard_.event && heard_.event->what.code == EventCode::kBatteryLow) {
       return Make(RobotState::kAlarm, "battery low", heard_.event->at_ms, true);

@@ -120,6 +120,11 @@ TEST(ConditionTest, SaysWhatIsKnownOfARobot) {
        [](ClientView* it) { it->halt_of_all_ms = kNowMs - 500; }},
       {"alarm: it was told to halt, and moves", 95'000,
        [](ClientView* it) { it->halt_of_all_ms = 95'000; }},
+      {"alarm: all were halted before its start, and it moves", 96'000,
+       [](ClientView* it) {
+         it->halt_of_all_ms = 95'000;
+         it->traffic.hello_ms = 96'000;
+       }},
       {"driving", 97'000,  // the resume came after the halt
        [](ClientView* it) {
          it->halt_of_all_ms = 95'000;
