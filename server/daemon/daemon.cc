@@ -211,11 +211,15 @@ class Daemon::Impl {
     }
     if (!configured.ok()) {
       spdlog::critical("{}", configured.error());
-      must_restart_ = member_ != nullptr && service_.Inspect([this](const engine::Engine& /*it*/) {
-        return log()->Admit() !=
-               protocol::Reason::kNone;  // it does not lead any more, for instance
+      must_restart_ = service_.Inspect([this](const engine::Engine& /*it*/) {
+        return log()->Admit() != protocol::Reason::kNone || !log()->Trouble().empty();
       });
-      if (!journal_->folder().empty() && !must_restart_) {
+      if (must_restart_ && member_ == nullptr) {  // else it does not lead any more, for instance
+        spdlog::critical(
+            "free space on the disk of {}, or mend that disk, and start the server again: the "
+            "state is unchanged",
+            journal_->folder());
+      } else if (!journal_->folder().empty() && !must_restart_) {
         spdlog::critical(
             "the state in {} is unchanged: use the configuration that it was written with, move it "
             "to the new one (pheromonectl journal resample --config FILE {}), or move the folder "

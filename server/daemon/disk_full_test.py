@@ -40,6 +40,42 @@ def refuses(robot):
     return False
 
 
+def fill(file):
+    """What is left of its disk."""
+    with open(file, "wb", buffering=0) as filler:
+        try:
+            while True:
+                filler.write(bytes(65536))
+        except OSError:
+            pass
+
+
+def does_not_start(folder, disk, journal):
+    """With a configuration that is not yet in the log: 1, so that systemd tries again."""
+    with Running(folder, "--config", "test.toml") as server:
+        status = server.end()
+        check(status == 1, f"exit status {status} at a full disk")
+        check("o space left on " in server.log, f"the reason is told: {server.log}")
+        check(f"free space on the disk of {disk / journal}" in server.log, "what to do is told")
+        check("resample" not in server.log and "move the folder" not in server.log,
+              "nobody is told to move the state away")
+
+
+def start_while_full(folder, disk):
+    config = folder / "test.toml"
+    text = config.read_text()
+    fill(disk / "filler")
+    config.write_text(text.replace("tau_s = 0", "tau_s = 60"))
+    does_not_start(folder, disk, "state")
+    config.write_text(text.replace("/state", "/first"))
+    does_not_start(folder, disk, "first")
+    (disk / "filler").unlink()
+    config.write_text(text.replace("tau_s = 0", "tau_s = 60"))
+    server, _ = start(folder)
+    with server:
+        check(server.stop() == 0, "it starts once there is space")
+
+
 def ctl(folder, *command):
     program = pathlib.Path(running_daemon.PHEROMONED).with_name("pheromonectl")
     result = subprocess.run([program, *command], cwd=folder, text=True, capture_output=True,
@@ -71,12 +107,7 @@ def run(folder, disk):
     with server:
         epoch = robot.hello(1).epoch
         robot.deposit(1, 5000, 5000)
-        with open(disk / "filler", "wb", buffering=0) as filler:
-            try:
-                while True:
-                    filler.write(bytes(65536))
-            except OSError:
-                pass
+        fill(disk / "filler")
         # What is reserved is used up first.
         acknowledged = 1
         while not refuses(robot):
@@ -100,6 +131,7 @@ def run(folder, disk):
               "nothing that was acknowledged is lost")
         check(robot.hello(1).epoch == epoch, "the epoch goes on")
         check(server.stop() == 0, "an orderly end")
+    start_while_full(folder, disk)
 
 
 def main():

@@ -3,12 +3,15 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "server/base/random.h"
 #include "server/config/describe.h"
+#include "server/robots/links/link_config.h"
 
 namespace pheromone::daemon {
 namespace {
@@ -26,8 +29,21 @@ uint16_t RandomEpoch(uint16_t other_than) {
 std::vector<std::string> RestartRequired(const config::Config& present,
                                          const config::Config& next) {
   std::vector<std::string> notes;
-  if (next.links != present.links) {
+  std::vector<links::LinkConfig> links = next.links;
+  bool has_other_limits = false;  // each link has those of [limits]
+  for (size_t i = 0; i < std::min(links.size(), present.links.size()); ++i) {
+    links::AdmissionOptions limited = links[i].admission;
+    limited.per_client_per_s = present.links[i].admission.per_client_per_s;
+    limited.per_link_per_s = present.links[i].admission.per_link_per_s;
+    has_other_limits = has_other_limits || limited != links[i].admission;
+    links[i].admission = limited;
+  }
+  if (links != present.links) {
     notes.emplace_back("changed links require a restart");
+  }
+  if (has_other_limits) {
+    notes.emplace_back(
+        "changed requests_per_client_s or requests_per_link_s of [limits] require a restart");
   }
   if (next.trackers != present.trackers || next.datum != present.datum) {
     notes.emplace_back("changed trackers, or their datum, require a restart");

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "server/core/engine/testing/bench.h"
 #include "server/core/engine/testing/scripted_log.h"
@@ -51,6 +52,20 @@ TEST_F(LiveConfigTest, AChangedLawIsInEffectUntilTheConfigurationIsReadAgain) {
   EXPECT_EQ(config_.AsRead(), engine::SharedConfig(read_.engine));
   ASSERT_TRUE(config_.ReadAgain().ok());
   EXPECT_EQ(TauOfFirst(), read_.engine.field.pheromones[0].tau_ms);
+}
+
+TEST_F(LiveConfigTest, ALimitThatTakesARestartIsNotCalledAChangedLink) {
+  using Notes = std::vector<std::string>;
+  read_.links.resize(2);
+  LiveConfig config{read_, [this] { return Result<config::Config>(read_); }, &service_, &captures_};
+  for (links::LinkConfig& link : read_.links) {
+    link.admission.per_client_per_s = 20;
+  }
+  const std::string limits =
+      "changed requests_per_client_s or requests_per_link_s of [limits] require a restart";
+  EXPECT_EQ(config.ReadAgain().value(), Notes{limits});
+  read_.links[0].admission.clients.reset(7);
+  EXPECT_EQ(config.ReadAgain().value(), (Notes{"changed links require a restart", limits}));
 }
 
 TEST_F(LiveConfigTest, OtherKeysAreTakenUnlessTheFileIsWrong) {

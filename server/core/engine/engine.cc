@@ -229,6 +229,21 @@ void Engine::On(const ConfigChanged& change, const Output& out) {
   TakeConfig(change.config, plan != nullptr ? plan->figures : FiguresOf(*change.config));
 }
 
+Status Engine::ContinueTagsAndNets(const Engine& from) {
+  PHEROMONE_TRY_STATUS(from.nets_.CheckConfig(from.Now(), *config_, nullptr));
+  PHEROMONE_TRY_STATUS(from.tags_.CheckConfig(from.Now(), *config_, nullptr));
+  nets_ = from.nets_;
+  tags_ = from.tags_;
+  TagEditor editor = tags_.EditAt(field_time_ms_, last_stamp_.utc_ms);
+  std::vector<Outgoing> none;
+  const Output out{&none, &finished_, &editor};
+  const Reconfiguration change{&from.config(), nullptr, false};
+  nets_.Configure(Now(), change, out);
+  tags_.Configure(Now(), change, out);
+  nets_.Notice(Now());
+  return Ok();
+}
+
 // The configuration, and what is computed from it.
 void Engine::TakeConfig(SharedConfig config, const ConfigFigures& figures) {
   config_ = std::move(config);

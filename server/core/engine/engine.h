@@ -106,6 +106,9 @@ class Engine {
   /// For a state that was put together from edits: none of them can be undone, or is told as
   /// forgotten. Not an event.
   void ForgetEdits() { field_.ForgetEdits(); }
+  /// The same: it continues the tags and nets of `from`, with all that is written on them, under
+  /// its own configuration. Errors, which change nothing: those of CheckConfig.
+  Status ContinueTagsAndNets(const Engine& from);
   /// Whether one of them is still changing the map: Advance continues it.
   bool is_busy() const { return field_.busy(); }
 

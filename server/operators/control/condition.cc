@@ -13,6 +13,9 @@ using protocol::CommandCode;
 using protocol::EventCode;
 using protocol::Reason;
 
+// A robot that is answered says HELLO once, and another time if an answer was lost.
+constexpr uint8_t kHellosUnheard = 3;
+
 // A robot at full speed brakes and reports within that.
 constexpr uint64_t kBrakingMs = 1500;
 
@@ -65,6 +68,11 @@ class Judge {
     }
     if (const auto refused = Refused()) {
       return *refused;
+    }
+    if (heard_.hellos >= kHellosUnheard) {
+      return Make(RobotState::kNotHearing,
+                  "it says HELLO again and again and asks nothing: it does not hear the server",
+                  std::max(heard_.hello_ms, heard_.moved_ms));
     }
     if (const auto halted = Halted()) {
       return *halted;
@@ -137,8 +145,11 @@ class Judge {
   }
 
   RobotCondition Moving() const {
-    if (client_.halt_of_all_ms.value_or(0) > resumed_ms_) {
-      return Make(RobotState::kAlarm, "it was told to halt, and moves", *client_.halt_of_all_ms);
+    if (const uint64_t halt_ms = client_.halt_of_all_ms.value_or(0); halt_ms > resumed_ms_) {
+      return heard_.hello_ms > halt_ms
+                 ? Make(RobotState::kAlarm, "all were halted before its start, and it moves",
+                        heard_.hello_ms)
+                 : Make(RobotState::kAlarm, "it was told to halt, and moves", halt_ms);
     }
     if (heard_.event && heard_.event->what.code == EventCode::kBatteryLow) {
       return Make(RobotState::kAlarm, "battery low", heard_.event->at_ms, true);
@@ -186,6 +197,8 @@ std::string_view NameOf(RobotState state) {
       return "off the map";
     case RobotState::kRefused:
       return "refused";
+    case RobotState::kNotHearing:
+      return "not hearing";
     case RobotState::kAlarm:
       return "alarm";
     case RobotState::kSilent:

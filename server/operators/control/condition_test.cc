@@ -69,6 +69,20 @@ TEST(ConditionTest, SaysWhatIsKnownOfARobot) {
          it->traffic.refusal = protocol::Reason::kOffTheMap;
          it->traffic.refused_ms = 50'000;
        }},
+      {"not hearing: it says HELLO again and again and asks nothing: it does not hear the server",
+       10'000,
+       [](ClientView* it) {
+         it->traffic.obeyed.reset();
+         it->traffic.moved_ms = 0;
+         it->traffic.hellos = 3;
+         it->halt_of_all_ms = 50'000;  // nor does it hear that
+       }},
+      {"halted: since its start", 10'000,  // the answer to its first HELLO was lost
+       [](ClientView* it) {
+         it->traffic.obeyed.reset();
+         it->traffic.moved_ms = 0;
+         it->traffic.hellos = 2;
+       }},
       {"driving", 12'000,  // the log takes its time
        [](ClientView* it) { it->traffic.refusal = protocol::Reason::kBusy; }},
       {"halted: by an operator", 90'000,
@@ -106,6 +120,11 @@ TEST(ConditionTest, SaysWhatIsKnownOfARobot) {
        [](ClientView* it) { it->halt_of_all_ms = kNowMs - 500; }},
       {"alarm: it was told to halt, and moves", 95'000,
        [](ClientView* it) { it->halt_of_all_ms = 95'000; }},
+      {"alarm: all were halted before its start, and it moves", 96'000,
+       [](ClientView* it) {
+         it->halt_of_all_ms = 95'000;
+         it->traffic.hello_ms = 96'000;
+       }},
       {"driving", 97'000,  // the resume came after the halt
        [](ClientView* it) {
          it->halt_of_all_ms = 95'000;

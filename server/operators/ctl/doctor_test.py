@@ -320,6 +320,19 @@ class WithServerTest(Laboratory):
         self.assert_found("warning", "robots", "robot 9 on radio-a: refused: it has not said HELLO",
                           "Restart the robot", findings)
 
+    def test_a_robot_that_does_not_hear_the_server(self):
+        self.serve(SOUND)
+        with contextlib.closing(open_terminal(self.folder / "radio-a.pty")) as line:
+            for _ in range(5):  # as above
+                for _ in range(3):
+                    line.send(wire.encode(bytes([9, 0x71, 1, 1, 0, 0])))  # HELLO, one nonce
+                    self.assertIsNotNone(line.receive(time.monotonic() + PATIENCE_S))
+                findings = self.examine()
+                if "silent" not in str(findings):
+                    break
+        self.assert_found("warning", "robots", "robot 9 on radio-a: not hearing: it says HELLO again "
+                          "and again", r"modem of the server \(transmit\)", findings)
+
     def test_bytes_that_are_no_frames(self):
         daemon = self.serve(SOUND)
         with open(self.folder / "radio-a.pty", "wb", buffering=0) as line:
@@ -332,6 +345,20 @@ class WithServerTest(Laboratory):
         await_that(received, "the bytes are received")
         self.assert_found("fault", "links", "64 bytes received, but no frame", "same baud",
                           self.examine())
+
+    def test_a_robot_with_another_baud_rate_beside_one_that_is_heard(self):
+        daemon = self.serve(SOUND)
+
+        def frames():
+            view = json.loads(daemon.call("GET", "/api/v1/links")[1])["links"][0]
+            return view["counters"]["received_frames"]
+        robot = self.robot(7)
+        for _ in range(30):
+            robot.line.send(b"\xe0\x9c\x1c")
+            robot.ping()
+        self.assertGreater(frames(), 20)
+        self.assert_found("warning", "links", r"radio-a.*: \d+ of \d+ bytes were outside of frames: a robot "
+                          "with another baud rate", "same baud", self.examine())
 
     def test_poses_on_a_link_that_is_not_there(self):
         daemon = self.serve(TRACKED)

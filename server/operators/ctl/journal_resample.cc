@@ -57,16 +57,19 @@ maps::SavedField WithoutLaid(const field::Field& field, uint64_t now_ms) {
   return all;
 }
 
-// An engine that begins with this configuration, the deposits on the map, and what is for good.
-engine::Engine BeginWith(const engine::EngineConfig& config, uint16_t epoch,
-                         const engine::Stamp& stamp, const maps::SavedField& left,
-                         const engine::RevokedKeys& revoked) {
+// An engine that begins with this configuration, the deposits on the map, and of the old state what
+// does not depend on the map. Errors: the configuration does not permit what is on the tags or in
+// the nets.
+Result<engine::Engine> BeginWith(const engine::EngineConfig& config, uint16_t epoch,
+                                 const engine::Stamp& stamp, const maps::SavedField& left,
+                                 const engine::Engine& old) {
   engine::Engine engine;
   std::vector<engine::Outgoing> out;
   uint64_t sequence = 0;
   engine.Apply(++sequence, stamp, engine::ConfigChanged{config, epoch}, &out);
-  if (!revoked.keys().empty()) {
-    engine.Apply(++sequence, stamp, engine::KeysRevoked{revoked.keys()}, &out);
+  PHEROMONE_TRY_STATUS(engine.ContinueTagsAndNets(old));
+  if (!old.revoked_keys().keys().empty()) {
+    engine.Apply(++sequence, stamp, engine::KeysRevoked{old.revoked_keys().keys()}, &out);
   }
   for (const field::InitialRaster& print : left.initial_rasters) {
     for (const field::InitialNode& it : *print.nodes) {
@@ -173,11 +176,6 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
                 recovered.ErrorOr(folder + ": no complete state; see \"journal check\""));
   }
   const journal::Recovered& state = recovered.value();
-  const bool has_nets = state.engine.nets().Hash() != 0;
-  if (has_nets || state.engine.tags().hash() != 0) {
-    return Fail(kFailed, folder + ": has a state of \"" + (has_nets ? "nets" : "tags") +
-                             "\", which cannot be resampled");
-  }
   const engine::EngineConfig& config = loaded.value().engine;
   const Result<maps::Resampled> moved =
       maps::Resample(WithoutLaid(state.engine.field(), state.stamp.field_time_ms), config.field);
@@ -185,10 +183,13 @@ int ResampleJournal(const std::string& config_file, const std::string& name) {
     return Fail(kUsage, folder + " does not match the configuration: " + moved.error());
   }
   const auto epoch = static_cast<uint16_t>(std::max(1, (state.engine.epoch() + 1) & 0xFFFF));
-  const engine::Engine engine =
-      BeginWith(config, epoch, state.stamp, moved.value().field, state.engine.revoked_keys());
+  const Result<engine::Engine> engine =
+      BeginWith(config, epoch, state.stamp, moved.value().field, state.engine);
+  if (!engine.ok()) {
+    return Fail(kUsage, folder + " does not match the configuration: " + engine.error());
+  }
   auto made = PosixFolder::Open(next, PosixFolder::Mode::kOwner);
-  Status done = made.ok() ? journal::WriteSnapshot(engine, state.stamp, made.value().get())
+  Status done = made.ok() ? journal::WriteSnapshot(engine.value(), state.stamp, made.value().get())
                           : Status(Error{made.error()});
   // Of a cluster that was left: its clock, and that others may have begun this epoch, too.
   if (done.ok() && membership.value()) {

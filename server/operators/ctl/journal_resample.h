@@ -7,7 +7,8 @@ namespace pheromone::ctl {
 
 /// The deposits of robots and operators are moved to the map of this configuration, node by node
 /// (maps/resample.h); the initial contents of the old configuration are dropped, since the new one
-/// has its own. The folder then contains the new state, in a new epoch: robots must send HELLO
+/// has its own. Tags, the symbol tables and nets continue as after a restart with this
+/// configuration. The folder then contains the new state, in a new epoch: robots must send HELLO
 /// again. The old one is kept beside it, as FOLDER.before. All or nothing.
 ///
 /// Prints what was done, or an error to standard error. Returns the exit status: 0; 1 if the folder

@@ -78,6 +78,8 @@ void Traffic::Count(LinkIndex link, const protocol::Message& message, uint64_t n
   robot.refusals += fate == Fate::kRefused ? 1u : 0u;
   robot.last_ms = now_ms;
   robot.elsewhere = false;
+  const bool is_hello = message.opcode == static_cast<uint8_t>(protocol::Opcode::kHello);
+  robot.hellos = is_hello ? static_cast<uint8_t>(std::min(robot.hellos + 1, 255)) : uint8_t{0};
   const auto asked = AskedIn(message);
   if (refusal != robot.refusal && (asked || refusal != protocol::Reason::kNone)) {
     robot.refusal = refusal;

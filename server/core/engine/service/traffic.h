@@ -45,6 +45,7 @@ struct RobotTraffic {
   std::optional<Told<protocol::CommandCode>> obeyed;   ///< halt or resume, acknowledged last
   uint64_t arrived_ms = 0;                             ///< at a goal; 0: not yet
   uint8_t sensed_type = 0;  ///< what its last SENSE or TRACE asked for; 0: it has not asked
+  uint8_t hellos = 0;       ///< since the last message that was none, 255 for more
   bool elsewhere = false;   ///< another server of a cluster has heard it last
 };
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -66,6 +67,18 @@ TEST(TrafficTest, RemembersWhichPheromoneIsAskedFor) {
   EXPECT_EQ(traffic.Find(0, 3)->sensed_type, 2);
   traffic.Count(0, testing::Deposit(3, 2), 4, Fate::kAnswered);  // laying is not following
   EXPECT_EQ(traffic.Find(0, 3)->sensed_type, 2);
+}
+
+TEST(TrafficTest, CountsHellosInARow) {
+  Traffic traffic;
+  for (int i = 1; i <= 300; ++i) {
+    traffic.Count(0, testing::Hello(3, 1), 1, Fate::kAnswered);
+    EXPECT_EQ(traffic.Find(0, 3)->hellos, std::min(i, 255));
+  }
+  protocol::Message ping = testing::Hello(3, 1);
+  ping.opcode = static_cast<uint8_t>(protocol::Opcode::kPing);
+  traffic.Count(0, ping, 2, Fate::kAnswered);
+  EXPECT_EQ(traffic.Find(0, 3)->hellos, 0);
 }
 
 TEST(TrafficTest, AnEchoOfTheServersOwnFramesIsNoRobot) {

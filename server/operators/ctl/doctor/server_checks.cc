@@ -23,6 +23,7 @@ namespace json = boost::json;
 
 constexpr double kManyDamaged = 0.05;  // a share of the frames
 constexpr uint64_t kFewFrames = 20;    // too few to speak of a share
+constexpr double kManyStray = 0.1;     // of the bytes
 constexpr double kCrowded = 0.85;      // of a channel
 
 constexpr const char* kLinks = "links";
@@ -78,21 +79,30 @@ void CheckLink(const Place& place, const json::value& link, bool is_told, Findin
   const uint64_t damaged = CountAt(counters, "crc_errors") + CountAt(counters, "bad_escapes") +
                            CountAt(counters, "gap_timeouts") +
                            CountAt(counters, "restarted_frames");
+  const uint64_t bytes = CountAt(counters, "received_bytes");
+  const uint64_t stray = CountAt(counters, "stray_bytes");
   const double share =
       static_cast<double>(damaged) / static_cast<double>(std::max<uint64_t>(frames + damaged, 1));
   if (At(link, "silent_s").is_null()) {
     findings->Warning(kLinks, looked_at, "up, but nothing was received yet", WhyNothingComes(link));
   } else if (frames == 0) {
-    findings->Fault(
-        kLinks, looked_at,
-        fmt::format("{} bytes received, but no frame", CountAt(counters, "received_bytes")),
-        "Set both ends to the same baud, 8 bits, no parity, one stop bit; or another "
-        "program sends there.");
+    findings->Fault(kLinks, looked_at, fmt::format("{} bytes received, but no frame", bytes),
+                    "Set both ends to the same baud, 8 bits, no parity, one stop bit; or another "
+                    "program sends there.");
   } else if (frames + damaged > kFewFrames && share > kManyDamaged) {
     findings->Warning(kLinks, looked_at,
                       fmt::format("{} of {} frames were damaged", damaged, frames + damaged),
                       "Let robots take turns (medium_access = true), and look for a weak antenna, "
                       "another transmitter or a different baud.");
+  } else if (frames + damaged > kFewFrames &&
+             static_cast<double>(stray) > kManyStray * static_cast<double>(bytes)) {
+    findings->Warning(
+        kLinks, looked_at,
+        fmt::format("{} of {} bytes were outside of frames: a robot with another baud "
+                    "rate, or a modem that inserts bytes",
+                    stray, bytes),
+        "Set all robots and modems of the link to the same baud, 8 bits, no parity, "
+        "one stop bit, and look at which robots are not heard.");
   } else {
     findings->Ok(kLinks, looked_at,
                  fmt::format("up, {} frames received, last heard {} ago", frames,
@@ -117,6 +127,7 @@ constexpr StateMend kStateMends[] = {
     {"refused",
      "Restart the robot, so that it says HELLO, and look at the pheromone and tags that "
      "it asks for: pheromonectl laws."},
+    {"not hearing", "Look at the modem of the server (transmit) and of the robot (receive)."},
     {"alarm", "Go to the robot and look."},
     {"silent", "Look at its power and radio; it comes back by itself when it is heard."},
 };

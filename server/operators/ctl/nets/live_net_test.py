@@ -232,6 +232,23 @@ class LiveNetTest(unittest.TestCase):
             (self.folder / "wrong.jsonl").write_text("\n".join(wrong) + "\n")
             self.assertEqual(self.judge("wrong.jsonl").returncode, 1)
 
+    def test_it_goes_on_when_the_state_is_moved_to_another_map(self):
+        one = Robot(self, 7)
+        trail = one.leave_nest()
+        energy = one.fetch(trail)
+        before = self.net()
+        self.server.stop()
+        config = self.folder / "test.toml"
+        config.write_text(config.read_text().replace("cell_m = 0.1", "cell_m = 0.05"))
+        self.ctl("journal", "resample", "--config", "test.toml", "state")
+        self.start()
+        after = self.net()
+        for name in ("marking", "firings", "records", "taken", "source"):
+            self.assertEqual(after[name], before[name])
+        one.connect()
+        one.come_back(trail, energy)
+        self.assertEqual(self.net()["deposits"], 1)
+
     def test_what_the_net_does_not_permit_is_refused_and_told(self):
         robot = Robot(self, 7)
         robot.say("N5", LEAVE, expected=REFUSED)

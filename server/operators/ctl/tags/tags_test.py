@@ -121,6 +121,35 @@ class TagsTest(unittest.TestCase):
             self.assertTrue(2900 < it.pop("lease_s") <= 3000)
         self.assertEqual(after, before)
 
+    def test_they_stay_when_the_state_is_moved_to_another_map(self):
+        robot, number = self.robot(7, "00:11:22:33:44:55")
+        robot.define(1, "http://example.org/ns#")
+        robot.define(2, "occupied")
+        robot.write(1500, 2000, 1, statement(number, 2, 1), lease_s=3000)
+        for tag in ("door", "plant-7"):
+            for predicate in ("lookingfortag", "saw"):
+                self.ctl("write", tag, f"15 {predicate} 244", "--author", "ann")
+        before = [json.loads(self.ctl("show", tag, "--json")) for tag in ("door", "plant-7")]
+        self.server.stop()
+        config = self.folder / "test.toml"
+        fine = config.read_text().replace("cell_m = 0.1", "cell_m = 0.05")
+        fine = fine.replace("x_m = 1.5", "x_m = 1.25")
+        command = [BIN / "pheromonectl", "journal", "resample", "--config", "test.toml", "state"]
+        config.write_text(fine.replace("slots = 2", "slots = 1"))
+        refused = subprocess.run(command, cwd=self.folder, text=True, capture_output=True, check=False)
+        self.assertEqual((refused.returncode, refused.stderr),
+                         (2, 'pheromonectl: state does not match the configuration: tag "plant-7" has a '
+                             "block in slot 1, and would have only 1 slots; erase that block first\n"))
+        config.write_text(fine)
+        subprocess.run(command, cwd=self.folder, check=True)
+        self.start()
+        after = [json.loads(self.ctl("show", tag, "--json")) for tag in ("door", "plant-7")]
+        for tag in before + after:
+            for it in tag["blocks"]:
+                self.assertTrue(it.get("lease_s") is None or 2900 < it.pop("lease_s") <= 3000)
+        self.assertEqual(after, before)
+        self.assertIn(" 1.25 2.00 m ", self.ctl("list"))
+
     def test_a_crash_in_the_middle_of_a_claim_leaves_the_claim_or_none(self):
         one, number = self.robot(7, "one")
         for round_ in range(9):

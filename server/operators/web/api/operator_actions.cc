@@ -57,6 +57,11 @@ std::string RobotOf(const json::object& body) {
   return "robot " + TextOf(body, "link") + ' ' + TextOf(body, "id") + ": ";
 }
 
+bool IsZero(const json::object& object, std::string_view name, bool if_missing) {
+  const json::value* const found = object.if_contains(name);
+  return found != nullptr ? *found == json::value(0) : if_missing;
+}
+
 struct Words {
   std::string what;
   std::string place;
@@ -177,9 +182,13 @@ std::optional<control::Notice> OperatorActions::Note(std::string_view path,
     return std::nullopt;
   }
   const bool is_stroke = body.contains("points_m");
+  // What changes nothing is no edit that the next part could continue.
+  const bool is_part = !IsZero(body, "continues", true) || IsZero(answer, "changed", false);
   const std::lock_guard lock(mutex_);
-  const bool goes_on = is_stroke && words.what == last_ && now_ms < last_ms_ + kPauseMs;
+  const bool goes_on = is_stroke && is_part && words.what == last_ && from == last_from_ &&
+                       now_ms < last_ms_ + kPauseMs;
   last_ = is_stroke ? words.what : "";
+  last_from_ = from;
   last_ms_ = now_ms;
   if (goes_on) {
     return std::nullopt;

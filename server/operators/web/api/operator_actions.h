@@ -6,9 +6,10 @@
 //     control->Announce(*notice);
 //   }
 //
-// A stroke of a brush comes as many requests: only the first one is told. Of refusals, each
-// client's first one is told, and further ones are counted for a while: who tries many tokens fills
-// no log. Recordings and other configurations are told by the server itself. Thread-safe.
+// A stroke of a brush comes as many requests, each of which continues the one before: only the
+// first is told. Of refusals, each client's first one is told, and further ones are counted for a
+// while: who tries many tokens fills no log. Recordings and other configurations are told by the
+// server itself. Thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,8 @@ namespace pheromone::web {
 
 class OperatorActions {
  public:
-  /// Of the same words, without their place, within this time of each other only the first is told.
+  /// Of requests that continue an edit or change nothing, of the same operator and in the same
+  /// words without their place, within this time of each other only the first is told.
   static constexpr uint64_t kPauseMs = 2000;
 
   /// `body` is that of a request to `path` which succeeded with `answer`; `from` is where it came
@@ -64,7 +66,8 @@ class OperatorActions {
   std::map<std::string, Refused> refused_;  // by client
   uint64_t refusals_since_ms_ = 0;
   int refusals_told_ = 0;
-  std::string last_;
+  std::string last_;  // a stroke, and whose
+  std::string last_from_;
   uint64_t last_ms_ = 0;
 };
 

@@ -13,14 +13,15 @@ namespace {
 namespace json = boost::json;
 
 std::string Text(OperatorActions* actions, const std::string& path, const std::string& body,
-                 uint64_t now_ms, const std::string& answer = "{}") {
+                 uint64_t now_ms, const std::string& answer = "{}",
+                 const std::string& from = "web") {
   const auto notice = actions->Note(path, json::parse(body).as_object(),
-                                    json::parse(answer).as_object(), "web", now_ms);
+                                    json::parse(answer).as_object(), from, now_ms);
   if (!notice) {
     return "";
   }
   EXPECT_EQ(notice->topic, control::Notice::Topic::kOperator);
-  EXPECT_EQ(notice->subject, "web");
+  EXPECT_EQ(notice->subject, from);
   return notice->text;
 }
 
@@ -70,8 +71,8 @@ TEST(OperatorActions, SayWhatWasDoneAndWhere) {
 TEST(OperatorActions, TellOneStrokeOnce) {
   OperatorActions actions;
   const std::string stroke = R"({"pheromone":"trail","points_m":[[1,1],[2,2]]})";
-  const std::string on = R"({"pheromone":"trail","points_m":[[2,2],[3,3]]})";
-  const std::string other = R"({"pheromone":"path","points_m":[[2,2],[3,3]]})";
+  const std::string on = R"({"pheromone":"trail","points_m":[[2,2],[3,3]],"continues":41})";
+  const std::string other = R"({"pheromone":"path","points_m":[[2,2],[3,3]],"continues":41})";
   const std::string area = R"({"pheromone":"trail","area_m":[1,1,2,2]})";
   const auto paint = [&](const std::string& body, uint64_t now_ms) {
     return Text(&actions, "/api/v1/paint", body, now_ms);
@@ -85,6 +86,27 @@ TEST(OperatorActions, TellOneStrokeOnce) {
   EXPECT_EQ(paint(area, 6001), "painted \"trail\" at (1, 1)");  // not by a brush: each is told
   EXPECT_EQ(paint(area, 6002), "painted \"trail\" at (1, 1)");
   EXPECT_EQ(Text(&actions, "/api/v1/erase", on, 6003), "erased \"trail\" at (2, 2)");
+}
+
+// Two operators, or one who paints at several places, do as many things as there are requests.
+TEST(OperatorActions, TellWhatContinuesNoStrokeOfTheSameOperator) {
+  OperatorActions actions;
+  const std::string alone = R"({"pheromone":"trail","points_m":[[1,1],[2,2]]})";
+  const std::string none = R"({"pheromone":"trail","points_m":[[1,1],[2,2]],"continues":0})";
+  const std::string on = R"({"pheromone":"trail","points_m":[[2,2],[3,3]],"continues":41})";
+  const auto erase = [&](const std::string& body, uint64_t now_ms, const std::string& from) {
+    return Text(&actions, "/api/v1/erase", body, now_ms, "{}", from);
+  };
+  EXPECT_EQ(erase(alone, 0, "pheromonectl"), "erased \"trail\" at (1, 1)");
+  EXPECT_EQ(erase(alone, 700, "pheromonectl"), "erased \"trail\" at (1, 1)");
+  EXPECT_EQ(erase(none, 800, "pheromonectl"), "erased \"trail\" at (1, 1)");
+  EXPECT_EQ(erase(on, 900, "web"), "erased \"trail\" at (2, 2)");
+  EXPECT_EQ(erase(on, 1000, "web"), "");
+  EXPECT_EQ(erase(on, 1100, "pheromonectl"), "erased \"trail\" at (2, 2)");
+  // A brush on empty ground has no edit to continue.
+  EXPECT_EQ(
+      Text(&actions, "/api/v1/erase", alone, 1200, R"({"edit":null,"changed":0})", "pheromonectl"),
+      "");
 }
 
 TEST(OperatorActions, TellAFirstRefusalOfEachClientAndCountTheOthersForAWhile) {
