@@ -1,8 +1,6 @@
 #include "server/operators/web/assets.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "server/base/descriptor.h"
+#include "server/base/file.h"
 #include "server/base/format.h"
 #include "server/base/hash.h"
 #include "server/operators/web/embedded.h"
@@ -18,7 +17,7 @@ namespace pheromone::web {
 namespace {
 
 constexpr std::string_view kFolder = "/dashboard/";
-constexpr size_t kMaxFileBytes = size_t{4} << 20;
+constexpr size_t kMaxAssetBytes = size_t{4} << 20;
 constexpr size_t kMaxDepth = 4;
 
 constexpr std::string_view kPolicy =
@@ -74,25 +73,14 @@ std::optional<std::string> ReadBelow(const std::string& folder, const std::strin
     at =
         Descriptor(openat(at.get(), (*parts)[i].c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | kind));
   }
-  struct stat status {};
-  if (!parts || !at.valid() || fstat(at.get(), &status) != 0 || !S_ISREG(status.st_mode) ||
-      static_cast<size_t>(status.st_size) > kMaxFileBytes) {
+  if (!parts || !at.valid()) {
     return std::nullopt;
   }
-  std::string bytes(static_cast<size_t>(status.st_size), '\0');
-  size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t got = read(at.get(), bytes.data() + done, bytes.size() - done);
-    if (got <= 0) {
-      break;  // it was cut just now
-    }
-    done += static_cast<size_t>(got);
-  }
-  bytes.resize(done);
-  return bytes;
+  Result<std::string> bytes = ReadFile("/proc/self/fd/" + std::to_string(at.get()), kMaxAssetBytes);
+  return bytes.ok() ? std::optional(std::move(bytes).value()) : std::nullopt;
 }
 
-// What gzip made of a file of at most kMaxFileBytes.
+// What gzip made of a file of at most kMaxAssetBytes.
 std::string Inflate(std::string_view gzip) {
   constexpr int kGzip = 16 + MAX_WBITS;
   z_stream stream{};
@@ -105,7 +93,7 @@ std::string Inflate(std::string_view gzip) {
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(gzip.data()));
   stream.avail_in = static_cast<uInt>(gzip.size());
   int state = Z_OK;
-  while (state == Z_OK && text.size() <= kMaxFileBytes) {
+  while (state == Z_OK && text.size() <= kMaxAssetBytes) {
     stream.next_out = reinterpret_cast<Bytef*>(piece.data());
     stream.avail_out = static_cast<uInt>(piece.size());
     state = inflate(&stream, Z_NO_FLUSH);
