@@ -14,6 +14,7 @@
 
 #include "server/base/descriptor.h"
 #include "server/base/file.h"
+#include "server/base/hex.h"
 #include "server/base/message.h"
 
 namespace pheromone::signing {
@@ -174,7 +175,7 @@ bool KeysFile::Add(uint8_t id, const Key& key) {
   if (robots_.contains(id)) {
     return false;
   }
-  lines_.push_back(std::to_string(id) + ' ' + ToHex(key));
+  lines_.push_back(std::to_string(id) + ' ' + HexText(key));
   robots_[id] = {key, "", lines_.size()};
   return true;
 }
@@ -191,16 +192,6 @@ bool KeysFile::Remove(uint8_t id) {
     robot.line -= robot.line > line ? 1 : 0;
   }
   return true;
-}
-
-std::string ToHex(const Key& key) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const uint8_t byte : key) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
 }
 
 }  // namespace pheromone::signing
