@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "server/base/hex.h"
+#include "server/base/text.h"
 #include "server/config/sections.h"
 
 namespace pheromone::config {
@@ -163,7 +164,7 @@ void ReadSecret(const TableReader& table, const Notes& notes, std::string* secre
   if (!file) {
     return;
   }
-  const auto bytes = ParseSecret(Trimmed(file->text));
+  const auto bytes = ParseSecret(Trim(file->text, " \t\r\n"));
   if (!bytes) {
     table.Report("secret_file",
                  file->path +

@@ -1,15 +1,13 @@
 #include "server/formats/nets/pnml_xml.h"
 
-#include <algorithm>
 #include <cstdint>
 
 #include "server/base/percent.h"
+#include "server/base/text.h"
 #include "server/base/utf8.h"
 
 namespace pheromone::nets {
 namespace {
-
-constexpr std::string_view kXmlSpace = " \t\r\n";
 
 bool IsXmlCharacter(uint32_t code) {
   return code == '\t' || code == '\n' || code == '\r' || (code >= 0x20 && code < 0xD800) ||
@@ -56,8 +54,7 @@ size_t FirstNonXml(std::string_view text) {
 }
 
 std::string_view TrimXmlSpace(std::string_view text) {
-  const size_t first = std::min(text.find_first_not_of(kXmlSpace), text.size());
-  return text.substr(first, text.find_last_not_of(kXmlSpace) + 1 - first);
+  return Trim(text, " \t\r\n");
 }
 
 std::string_view LocalName(const pugi::xml_node& node) {

@@ -11,6 +11,7 @@
 #include "server/base/file.h"
 #include "server/base/format.h"
 #include "server/base/hash.h"
+#include "server/base/text.h"
 #include "server/operators/web/embedded.h"
 
 namespace pheromone::web {
@@ -19,6 +20,7 @@ namespace {
 constexpr std::string_view kFolder = "/dashboard/";
 constexpr size_t kMaxAssetBytes = size_t{4} << 20;
 constexpr size_t kMaxDepth = 4;
+constexpr std::string_view kBlanks = " \t";  // in the fields of a request
 
 constexpr std::string_view kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
@@ -110,17 +112,11 @@ const EmbeddedFile* Find(std::string_view name) {
   return found != files.end() ? &*found : nullptr;
 }
 
-std::string_view Trimmed(std::string_view text) {
-  const size_t begin = std::min(text.find_first_not_of(" \t"), text.size());
-  text.remove_prefix(begin);
-  return text.substr(0, text.find_last_not_of(" \t") + 1);
-}
-
 // Whether one of a list of entity tags, such as `"a", W/"b"`, or "*", means this one.
 bool Names(std::string_view list, std::string_view etag) {
   while (!list.empty()) {
     const size_t end = std::min(list.find(','), list.size());
-    std::string_view item = Trimmed(list.substr(0, end));
+    std::string_view item = Trim(list.substr(0, end), kBlanks);
     if (item.starts_with("W/")) {
       item.remove_prefix(2);
     }
@@ -139,8 +135,9 @@ bool TakesGzip(std::string_view accept_encoding) {
     const size_t end = std::min(accept_encoding.find(','), accept_encoding.size());
     const std::string_view item = accept_encoding.substr(0, end);
     const size_t semicolon = std::min(item.find(';'), item.size());
-    if (Trimmed(item.substr(0, semicolon)) == "gzip") {
-      const std::string_view weight = Trimmed(item.substr(std::min(semicolon + 1, item.size())));
+    if (Trim(item.substr(0, semicolon), kBlanks) == "gzip") {
+      const std::string_view weight =
+          Trim(item.substr(std::min(semicolon + 1, item.size())), kBlanks);
       return !weight.starts_with("q=0") ||
              weight.find_first_of("123456789") != std::string_view::npos;
     }

@@ -16,20 +16,13 @@
 #include "server/base/file.h"
 #include "server/base/hex.h"
 #include "server/base/message.h"
+#include "server/base/text.h"
 
 namespace pheromone::signing {
 namespace {
 
 constexpr size_t kMaxBytes = 1 << 20;
-constexpr std::string_view kBlanks = " \t\r";
 constexpr std::string_view kLineExpected = "expected ID KEY [COMMENT]";
-
-std::string_view Trim(std::string_view text) {
-  const size_t begin = text.find_first_not_of(kBlanks);
-  return begin == std::string_view::npos
-             ? std::string_view()
-             : text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin);
-}
 
 // Takes the first word off; a # ends it, too.
 std::string_view TakeWord(std::string_view* text) {
