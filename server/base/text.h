@@ -1,7 +1,8 @@
-// What formats ask of text: blanks around it removed, letters in one case. ASCII alone.
+// What formats ask of text: blanks around it removed, letters in one case (ASCII alone), quotes.
 //
 //   Trim(" 1.5\t")     // "1.5", a part of the argument
 //   ToLower(".PNG")    // ".png"
+//   CsvCell("a, b")    // "\"a, b\""
 //
 // Pure; any thread.
 #pragma once
@@ -25,6 +26,19 @@ inline std::string ToLower(std::string_view text) {
     c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   }
   return lower;
+}
+
+/// A cell of CSV, quoted if it has to be (RFC 4180).
+inline std::string CsvCell(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
+    return std::string(text);
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    quoted += c;
+    quoted += c == '"' ? "\"" : "";
+  }
+  return quoted + '"';
 }
 
 }  // namespace pheromone

@@ -24,5 +24,11 @@ TEST(Text, HasLowerCaseForTheLettersOfAsciiAlone) {
   EXPECT_EQ(ToLower(""), "");
 }
 
+TEST(Text, OfACellIsQuotedIfItHasTo) {
+  EXPECT_EQ(CsvCell("a b;'c'"), "a b;'c'");
+  EXPECT_EQ(CsvCell("a,b"), "\"a,b\"");
+  EXPECT_EQ(CsvCell("say \"a\"\n"), "\"say \"\"a\"\"\n\"");
+}
+
 }  // namespace
 }  // namespace pheromone
