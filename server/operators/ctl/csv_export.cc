@@ -287,9 +287,8 @@ class CsvTables : public RecordingExport {
   // "time_s,utc"
   std::string When(uint64_t time_ns) const {
     const double since_s = (static_cast<double>(time_ns) - static_cast<double>(*begin_ns_)) / 1e9;
-    const auto utc_ms = static_cast<int64_t>(time_ns / kNsPerMilli);
-    return fmt::format("{:.3f},{}.{:03}Z", since_s, UtcText(utc_ms / 1000, "%Y-%m-%dT%H:%M:%S"),
-                       utc_ms % 1000);
+    return fmt::format("{:.3f},{}", since_s,
+                       UtcMsText(static_cast<int64_t>(time_ns / kNsPerMilli)));
   }
 
   // Of what was not refused.
