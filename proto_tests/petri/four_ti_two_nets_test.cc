@@ -101,11 +101,11 @@ std::set<Support> Own(const Net& net, const std::vector<petri::Flow>& flows, Sem
 }
 
 void ExpectOwnSemiflows(const Net& net) {
-  const petri::Semiflows places = petri::PlaceSemiflows(net, {});
+  const petri::Semiflows places = petri::PlaceSemiflows(net);
   ASSERT_TRUE(places.complete);
   EXPECT_EQ(Own(net, places.flows, SemiflowsOf::kPlaces),
             Semiflows(net, SemiflowsOf::kPlaces, "4ti2-rays", "net.ray"));
-  const petri::Semiflows transitions = petri::TransitionSemiflows(net, {});
+  const petri::Semiflows transitions = petri::TransitionSemiflows(net);
   ASSERT_TRUE(transitions.complete);
   EXPECT_EQ(Own(net, transitions.flows, SemiflowsOf::kTransitions),
             Semiflows(net, SemiflowsOf::kTransitions, "4ti2-rays", "net.ray"));

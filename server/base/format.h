@@ -49,4 +49,10 @@ inline std::string UtcText(int64_t utc_s, const char* format = "%Y-%m-%dT%H:%M:%
              : "an unknown time";
 }
 
+/// "2026-11-22T11:00:00.005Z", from milliseconds since 1970, not negative.
+inline std::string UtcMsText(int64_t utc_ms) {
+  return UtcText(utc_ms / 1000, "%Y-%m-%dT%H:%M:%S.") +
+         std::to_string(1000 + utc_ms % 1000).substr(1) + 'Z';
+}
+
 }  // namespace pheromone

@@ -31,6 +31,9 @@ TEST(Format, TimesAreOfTheProlepticCalendar) {
   EXPECT_EQ(UtcText(0), "1970-01-01T00:00:00Z");
   EXPECT_EQ(UtcText(951'782'399), "2000-02-28T23:59:59Z");
   EXPECT_EQ(UtcText(951'782'400, "%Y%m%dT%H%M%SZ"), "20000229T000000Z");
+  EXPECT_EQ(UtcMsText(0), "1970-01-01T00:00:00.000Z");
+  EXPECT_EQ(UtcMsText(951'782'399'007), "2000-02-28T23:59:59.007Z");
+  EXPECT_EQ(UtcMsText(951'782'399'999), "2000-02-28T23:59:59.999Z");
   EXPECT_EQ(UtcText(std::numeric_limits<int64_t>::max()), "an unknown time");
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/base/hex.h"
 #include "server/net/certificate.h"
 #include "server/net/testing/make_certificate.h"
 
@@ -66,22 +67,12 @@ int Authenticated(const PeerTls& dialer, const std::string& dials, const PeerTls
          (PeerTls::IsAuthenticated(other.get()) ? 1 : 0);
 }
 
-std::string Hex(std::string_view bytes) {
-  std::string hex;
-  for (const char c : bytes) {
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    hex += kDigits[static_cast<unsigned char>(c) >> 4];
-    hex += kDigits[static_cast<unsigned char>(c) & 15];
-  }
-  return hex;
-}
-
 // By Python's hmac and hashlib, as RFC 5869 says.
 TEST(PeerTls, KeysAreDerivedAsDescribed) {
   EXPECT_EQ(TlsOf("a").IdentityOf("a", "b"), "lab/a/b");
-  EXPECT_EQ(Hex(TlsOf("a").KeyOf("lab/a/b")),
+  EXPECT_EQ(HexText(TlsOf("a").KeyOf("lab/a/b")),
             "eea561900a2b8421d3dc8cef41bb115d487dbe2d9a69296fa090193249d5d86e");
-  EXPECT_EQ(Hex(TlsOf("a").KeyOf("lab/b/c")),
+  EXPECT_EQ(HexText(TlsOf("a").KeyOf("lab/b/c")),
             "3bcd3c3ff0458310bf71660c62818d82ad58b7776ec8525fe711de5e5ab5b453");
 }
 

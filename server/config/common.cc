@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "server/base/file.h"
+#include "server/base/text.h"
 #include "server/config/sections.h"
 
 namespace pheromone::config {
@@ -163,11 +164,7 @@ std::optional<Endpoint> ReadEndpoint(const TableReader& table, std::string_view 
 }
 
 std::string ExtensionOf(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return extension;
+  return ToLower(path.extension().string());
 }
 
 std::optional<std::filesystem::path> ReadFileName(const TableReader& table, std::string_view key,
@@ -220,14 +217,6 @@ std::optional<NamedFile> ReadNamedFile(const TableReader& table, std::string_vie
 void Warn(const TableReader& table, std::string_view key, const std::string& text, Notes* notes) {
   notes->warnings.push_back(
       {FormatProblem(notes->file, table.Find(key)->at, table.KeyOf(key), text), true});
-}
-
-std::string Trimmed(const std::string& text) {
-  constexpr const char* kBlanks = " \t\r\n";
-  const size_t begin = text.find_first_not_of(kBlanks);
-  return begin == std::string::npos
-             ? ""
-             : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
 std::string WhyNotSecret(const std::string& path) {

@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "server/base/hex.h"
+#include "server/base/text.h"
 #include "server/config/sections.h"
 
 namespace pheromone::config {
@@ -144,28 +146,10 @@ void ReadOwnNode(const TableReader& table, const std::optional<Machine>& machine
   }
 }
 
-std::optional<int> DigitOf(char c) {
-  const std::string_view digits = "0123456789abcdef";
-  const size_t digit = digits.find(c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c);
-  return digit == std::string_view::npos ? std::nullopt : std::optional(static_cast<int>(digit));
-}
-
 // Bytes in hexadecimal digits.
 std::optional<std::string> ParseSecret(std::string_view digits) {
-  if (digits.size() % 2 != 0 || digits.size() < kLeastSecretDigits ||
-      digits.size() > kMaxSecretDigits) {
-    return std::nullopt;
-  }
-  std::string bytes;
-  for (size_t i = 0; i < digits.size(); i += 2) {
-    const auto high = DigitOf(digits[i]);
-    const auto low = DigitOf(digits[i + 1]);
-    if (!high || !low) {
-      return std::nullopt;
-    }
-    bytes += static_cast<char>(*high * 16 + *low);
-  }
-  return bytes;
+  return digits.size() < kLeastSecretDigits || digits.size() > kMaxSecretDigits ? std::nullopt
+                                                                                : ParseHex(digits);
 }
 
 void ReadSecret(const TableReader& table, const Notes& notes, std::string* secret) {
@@ -180,7 +164,7 @@ void ReadSecret(const TableReader& table, const Notes& notes, std::string* secre
   if (!file) {
     return;
   }
-  const auto bytes = ParseSecret(Trimmed(file->text));
+  const auto bytes = ParseSecret(Trim(file->text, " \t\r\n"));
   if (!bytes) {
     table.Report("secret_file",
                  file->path +

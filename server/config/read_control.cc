@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "server/base/text.h"
 #include "server/config/sections.h"
 
 namespace pheromone::config {
@@ -48,7 +49,7 @@ void ReadToken(const TableReader& table, Notes* notes, WebSettings* web) {
   if (!file) {
     return;
   }
-  web->token = Trimmed(file->text);
+  web->token = Trim(file->text, " \t\r\n");
   const bool printable =
       std::all_of(web->token.begin(), web->token.end(), [](char c) { return c > ' ' && c <= '~'; });
   if (!printable || web->token.size() < kLeastToken || web->token.size() > kMaxToken) {
@@ -112,10 +113,7 @@ void ReadNames(const TableReader& table, const char* key, std::string_view expec
 }
 
 std::string HostName(const std::string& text) {
-  std::string name = text;
-  std::transform(name.begin(), name.end(), name.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
+  std::string name = ToLower(text);
   constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyz0123456789-_.";
   return name.find_first_not_of(kAllowed) == std::string::npos ? name : "";
 }

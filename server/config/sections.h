@@ -145,9 +145,6 @@ std::optional<NamedFile> ReadNamedFile(const TableReader& table, std::string_vie
 /// A warning about a key, at its value.
 void Warn(const TableReader& table, std::string_view key, const std::string& text, Notes* notes);
 
-/// Without surrounding line ends and blanks.
-std::string Trimmed(const std::string& text);
-
 /// What is to be said of a file with a secret that all users can read; empty: they cannot.
 std::string WhyNotSecret(const std::string& path);
 

@@ -21,10 +21,9 @@ constexpr size_t kMaxAuditWaiting = 1000;
 constexpr mode_t kAuditMode = 0640;
 
 std::string UtcNow() {
-  const int64_t ms = std::chrono::duration_cast<std::chrono::milliseconds>(
-                         std::chrono::system_clock::now().time_since_epoch())
-                         .count();
-  return fmt::format("{}.{:03}Z", UtcText(ms / 1000, "%Y-%m-%dT%H:%M:%S"), ms % 1000);
+  return UtcMsText(std::chrono::duration_cast<std::chrono::milliseconds>(
+                       std::chrono::system_clock::now().time_since_epoch())
+                       .count());
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ std::vector<std::string> DescribeCounters(const engine::ServiceCounters& counter
 }
 
 std::string DescribeTrouble(const engine::RobotCounters& counters) {
-  const std::array<std::pair<std::string_view, uint64_t>, 4> troubles = {{
+  const std::array<std::pair<std::string_view, uint64_t>, 3> troubles = {{
       {"ID conflicts (two robots under one ID)", counters.id_conflicts},
       {"commands unanswered", counters.commands_unanswered},
       {"commands with unknown outcome (the robot restarted)", counters.commands_unknown},

@@ -128,17 +128,6 @@ void LiveControl::Reverse(bool redo, DoneWith<control::ReverseOutcome> done) {
   }
 }
 
-template <typename T>
-void LiveControl::DoneIfDurable(const Result<T>& made, const DoneWith<T>& done) const {
-  if (!made.ok()) {
-    done(made);
-    return;
-  }
-  AwaitDurable(parts_.patience, [done, made](const Status& durable) {
-    done(durable.ok() ? made : Result<T>(durable.error()));
-  });
-}
-
 // Waits until all events so far are durable.
 void LiveControl::AwaitDurable(std::chrono::milliseconds patience, Done done) const {
   const uint64_t sequence =
@@ -149,6 +138,13 @@ void LiveControl::AwaitDurable(std::chrono::milliseconds patience, Done done) co
       give(late);  // too many wait already
     }
   });
+}
+
+void LiveControl::Submit(const engine::Event& change, const Done& done) {
+  std::vector<engine::Outgoing> out;
+  const Result<uint64_t> applied = parts_.service->Submit(change, &out);
+  parts_.router->Deliver(out);
+  DoneIfDurable(applied.ok() ? Ok() : Status(applied.error()), done);
 }
 
 void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode code,
@@ -167,15 +163,7 @@ void LiveControl::Issue(std::string_view link, uint8_t id, protocol::CommandCode
   std::vector<engine::Outgoing> out;
   const Status issued = parts_.service->Issue(command, &out);
   parts_.router->Deliver(out);
-  DoneIfDurable(issued, std::move(done));
-}
-
-void LiveControl::DoneIfDurable(const Status& changed, Done done) const {
-  if (changed.ok()) {
-    AwaitDurable(parts_.patience, std::move(done));
-  } else {
-    done(changed);
-  }
+  DoneIfDurable(issued, done);
 }
 
 // The search for a route takes its time.
@@ -204,7 +192,7 @@ void LiveControl::CancelGoal(std::string_view link, uint8_t id, Done done) {
     return;
   }
   if (!Forwards(cluster::GoalCancellation{*index, id}, done)) {
-    DoneIfDurable(parts_.service->CancelGoal(*index, id), std::move(done));
+    DoneIfDurable(parts_.service->CancelGoal(*index, id), done);
   }
 }
 
@@ -279,12 +267,7 @@ void LiveControl::ChangeTau(uint8_t type, int64_t tau_ms, Done done) {
     return;
   }
   const auto change = [this, type, tau_ms, done] {
-    const Status changed = parts_.change_tau(type, tau_ms);
-    if (!changed.ok()) {
-      done(changed);
-      return;
-    }
-    AwaitDurable(parts_.patience, done);
+    DoneIfDurable(parts_.change_tau(type, tau_ms), done);
   };
   if (!parts_.run_operation(change)) {
     done(Error{kBusy});
@@ -314,14 +297,7 @@ void LiveControl::Reload(DoneWith<std::vector<std::string>> done) {
         return;
       }
     }
-    const Result<std::vector<std::string>> notes = parts_.reload();
-    if (!notes.ok()) {
-      done(notes);
-      return;
-    }
-    AwaitDurable(parts_.patience, [done, notes](const Status& durable) {
-      done(durable.ok() ? notes : durable.error());
-    });
+    DoneIfDurable(parts_.reload(), done);
   };
   if (!parts_.run_operation(reload)) {
     spdlog::warn("the configuration is unchanged: {}", kBusy);

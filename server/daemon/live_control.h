@@ -155,7 +155,7 @@ class LiveControl final : public control::Control {
  private:
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  void Revoke(const engine::KeysRevoked& change, Done done);
+  void Revoke(const engine::KeysRevoked& change, const Done& done);
   void EditNow(const field::FieldEdit& edit, const DoneWith<control::EditOutcome>& done);
   // Where another server orders the changes, passes on one; else false, without calling.
   template <typename T, typename Change, typename Convert>
@@ -172,9 +172,18 @@ class LiveControl final : public control::Control {
              done(it.ok ? Ok() : Status(Error{it.text}));
            });
   }
+  // Makes the change here, and sends what robots are to know.
+  void Submit(const engine::Event& change, const Done& done);
   template <typename T>
-  void DoneIfDurable(const Result<T>& made, const DoneWith<T>& done) const;
-  void DoneIfDurable(const Status& changed, Done done) const;
+  void DoneIfDurable(const Result<T>& made, const DoneWith<T>& done) const {
+    if (!made.ok()) {
+      done(made);
+      return;
+    }
+    AwaitDurable(parts_.patience, [done, made](const Status& durable) {
+      done(durable.ok() ? made : Result<T>(durable.error()));
+    });
+  }
   void AwaitDurable(std::chrono::milliseconds patience, Done done) const;
   std::vector<std::string> ServedLinks() const;
   void SendHaltsUnlogged(int transmissions);

@@ -19,7 +19,7 @@ void LiveControl::RevokeKeys(std::span<const uint8_t> robots,
          });
 }
 
-void LiveControl::Revoke(const engine::KeysRevoked& change, Done done) {
+void LiveControl::Revoke(const engine::KeysRevoked& change, const Done& done) {
   if (Forwards(change, done)) {
     return;
   }
@@ -28,7 +28,7 @@ void LiveControl::Revoke(const engine::KeysRevoked& change, Done done) {
   if (applied.ok()) {
     parts_.drop_revoked();
   }
-  DoneIfDurable(applied.ok() ? Ok() : Status(Error{applied.error()}), std::move(done));
+  DoneIfDurable(applied.ok() ? Ok() : Status(applied.error()), done);
 }
 
 }  // namespace pheromone::daemon

@@ -31,13 +31,9 @@ std::vector<control::NetView> LiveControl::GetNets() const {
 }
 
 void LiveControl::ChangeNets(const engine::NetsChanged& change, Done done) {
-  if (Forwards(change, done)) {
-    return;
+  if (!Forwards(change, done)) {
+    Submit(change, done);
   }
-  std::vector<engine::Outgoing> out;
-  const Result<uint64_t> applied = parts_.service->Submit(change, &out);
-  parts_.router->Deliver(out);
-  DoneIfDurable(applied.ok() ? Ok() : Status(Error{applied.error()}), std::move(done));
 }
 
 std::vector<std::string> LiveControl::TellRefusals() {

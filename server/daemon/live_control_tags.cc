@@ -3,8 +3,6 @@
 #include <cstddef>
 #include <optional>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include "server/daemon/live_control.h"
 #include "server/operators/control/engine_views.h"
@@ -34,13 +32,9 @@ control::SymbolPage LiveControl::GetSymbols(size_t first) const {
 }
 
 void LiveControl::ChangeTags(const engine::TagsChanged& change, Done done) {
-  if (Forwards(change, done)) {
-    return;
+  if (!Forwards(change, done)) {
+    Submit(change, done);
   }
-  std::vector<engine::Outgoing> out;
-  const Result<uint64_t> applied = parts_.service->Submit(change, &out);
-  parts_.router->Deliver(out);
-  DoneIfDurable(applied.ok() ? Ok() : Status(Error{applied.error()}), std::move(done));
 }
 
 }  // namespace pheromone::daemon

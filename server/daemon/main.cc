@@ -4,14 +4,13 @@
 // cure: in the command line or the configuration, or a configuration that does not match the
 // folders or the state.
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <malloc.h>
 #include <spdlog/spdlog.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -23,7 +22,9 @@
 
 #include "server/base/command_line.h"
 #include "server/base/descriptor.h"
+#include "server/base/hex.h"
 #include "server/base/program.h"
+#include "server/base/random.h"
 #include "server/config/config.h"
 #include "server/config/describe.h"
 #include "server/config/folders.h"
@@ -121,17 +122,12 @@ void MakeToken(config::WebSettings* web) {
   if (web->listen.address.empty() || web->token_file.empty() || !web->token.empty()) {
     return;
   }
-  std::array<unsigned char, 16> random{};
+  std::array<uint8_t, 16> random{};
+  FillRandom(random);
+  const std::string token = HexText(random);
   const Descriptor file(
       open(web->token_file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR));
-  std::string token;
-  if (file.valid() &&
-      getrandom(random.data(), random.size(), 0) == static_cast<ssize_t>(random.size())) {
-    for (const unsigned char byte : random) {
-      token += fmt::format("{:02x}", byte);
-    }
-  }
-  if (token.empty() || !WriteAll(file.get(), token + '\n')) {
+  if (!file.valid() || !WriteAll(file.get(), token + '\n')) {
     const Error why = SystemError(web->token_file + ": cannot be created");
     if (file.valid()) {  // not that of somebody else
       unlink(web->token_file.c_str());

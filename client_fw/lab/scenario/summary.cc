@@ -7,25 +7,14 @@
 #include "server/base/descriptor.h"
 #include "server/base/file.h"
 #include "server/base/format.h"
+#include "server/base/text.h"
 
 namespace pheromone::lab {
 namespace {
 
-// As in RFC 4180.
-std::string Field(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    return std::string(text);
-  }
-  std::string quoted = "\"";
-  for (const char c : text) {
-    quoted += (c == '"' ? "\"" : "") + std::string(1, c);
-  }
-  return quoted + '"';
-}
-
 void Add(std::string_view name, std::string_view value, SummaryRow* row) {
-  row->header += (row->header.empty() ? "" : ",") + Field(name);
-  row->row += (row->row.empty() ? "" : ",") + Field(value);
+  row->header += (row->header.empty() ? "" : ",") + CsvCell(name);
+  row->row += (row->row.empty() ? "" : ",") + CsvCell(value);
 }
 
 bool HasLine(std::string_view text, std::string_view line) {

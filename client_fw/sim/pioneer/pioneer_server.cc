@@ -12,10 +12,11 @@
 
 #include <array>
 #include <cerrno>
-#include <climits>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string_view>
+#include <system_error>
 
 namespace pheromone::sim {
 namespace {
@@ -30,9 +31,8 @@ std::string SystemError(const std::string& what) {
 
 // The target of a symbolic link; empty if it is not one.
 std::string TargetOf(const std::string& path) {
-  std::array<char, PATH_MAX> target{};
-  const ssize_t size = readlink(path.c_str(), target.data(), target.size());
-  return size > 0 ? std::string(target.data(), static_cast<size_t>(size)) : std::string();
+  std::error_code error;
+  return std::filesystem::read_symlink(path, error).string();
 }
 
 std::string MakeRaw(const char* terminal) {

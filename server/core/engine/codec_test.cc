@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 
+#include "server/base/hex.h"
 #include "server/core/engine/config_codec.h"
 #include "server/core/engine/config_hash.h"
 #include "server/core/engine/event_codec.h"
@@ -28,29 +29,19 @@ std::string ErrorOf(const std::string& bytes) {
   return reader.error();
 }
 
-std::string Hex(const std::string& bytes) {
-  std::string text;
-  for (const char c : bytes) {
-    constexpr char kDigits[] = "0123456789abcdef";
-    text += kDigits[static_cast<uint8_t>(c) >> 4];
-    text += kDigits[static_cast<uint8_t>(c) & 15];
-  }
-  return text;
-}
-
 // Written by hand from server/store/journal/README.md, so that a changed layout is noticed.
 TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
-  EXPECT_EQ(Hex(Encoded(RequestReceived{0x0201, testing::Hello(7, 0x0403)})),
+  EXPECT_EQ(HexText(Encoded(RequestReceived{0x0201, testing::Hello(7, 0x0403)})),
             "0401"
             "0102"
             "07"
             "71"
             "04"
             "03040100");
-  EXPECT_EQ(Hex(Encoded(Advance{})), "0402");
+  EXPECT_EQ(HexText(Encoded(Advance{})), "0402");
   CommandIssued command{1, 9, protocol::CommandCode::kSpeed, {}};
   command.arguments[0] = 0xAB;
-  EXPECT_EQ(Hex(Encoded(command)),
+  EXPECT_EQ(HexText(Encoded(command)),
             "0404"
             "0100"
             "09"
@@ -64,7 +55,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
   edit.radius_um = 3;
   edit.points = {{-1, 2}};
   edit.continues = 4;
-  EXPECT_EQ(Hex(Encoded(FieldEdited{edit})),
+  EXPECT_EQ(HexText(Encoded(FieldEdited{edit})),
             "0405"
             "02"
             "01"
@@ -75,15 +66,15 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "ffffffffffffffff"
             "0200000000000000"
             "0400000000000000");
-  EXPECT_EQ(Hex(Encoded(EditReversed{true})), "040b01");
-  EXPECT_EQ(Hex(Encoded(KeysRevoked{{{7, {1, 2, 3, 4, 5, 6, 7, 8}}, {9, {}}}})),
+  EXPECT_EQ(HexText(Encoded(EditReversed{true})), "040b01");
+  EXPECT_EQ(HexText(Encoded(KeysRevoked{{{7, {1, 2, 3, 4, 5, 6, 7, 8}}, {9, {}}}})),
             "040c"
             "02000000"
             "07"
             "0102030405060708"
             "09"
             "0000000000000000");
-  EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Write{
+  EXPECT_EQ(HexText(Encoded(TagsChanged{TagsChanged::Write{
                 1, 2, std::nullopt, true, 3, {4, 5, {6, 7}, {8, 9}, {-3, 11}}}})),
             "0409"
             "00"
@@ -100,31 +91,32 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "09000000"
             "fdffffff"
             "0b000000");
-  EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Erase{1, 2, 3}})),
+  EXPECT_EQ(HexText(Encoded(TagsChanged{TagsChanged::Erase{1, 2, 3}})),
             "0409"
             "01"
             "0100"
             "02"
             "010300");
-  EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Define{{tags::RowKind::kString, 1, 2, "ab"}}})),
-            "0409"
-            "02"
-            "02"
-            "01000000"
-            "02000000"
-            "02000000"
-            "6162");
-  EXPECT_EQ(Hex(Encoded(TagsChanged{TagsChanged::Forget{{"ab", 7}}})),
+  EXPECT_EQ(
+      HexText(Encoded(TagsChanged{TagsChanged::Define{{tags::RowKind::kString, 1, 2, "ab"}}})),
+      "0409"
+      "02"
+      "02"
+      "01000000"
+      "02000000"
+      "02000000"
+      "6162");
+  EXPECT_EQ(HexText(Encoded(TagsChanged{TagsChanged::Forget{{"ab", 7}}})),
             "0409"
             "03"
             "02000000"
             "6162"
             "07");
-  EXPECT_EQ(Hex(Encoded(NetsChanged{"ab"})),
+  EXPECT_EQ(HexText(Encoded(NetsChanged{"ab"})),
             "040a"
             "02000000"
             "6162");
-  EXPECT_EQ(Hex(Encoded(PoseObserved{1, 2, {{3, 4}, 5}, 6})),
+  EXPECT_EQ(HexText(Encoded(PoseObserved{1, 2, {{3, 4}, 5}, 6})),
             "0406"
             "0100"
             "02"
@@ -132,7 +124,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0400000000000000"
             "0500"
             "06000000");
-  EXPECT_EQ(Hex(Encoded(GoalSet{1, 2, {{{3, 4}}, 100'000}})),
+  EXPECT_EQ(HexText(Encoded(GoalSet{1, 2, {{{3, 4}}, 100'000}})),
             "0407"
             "0100"
             "02"
@@ -140,7 +132,7 @@ TEST(EventCodec, TheBytesAreThoseOfTheDescription) {
             "0300000000000000"
             "0400000000000000"
             "a0860100");
-  EXPECT_EQ(Hex(Encoded(GoalEnded{1, 2, true, {3, 4}})),
+  EXPECT_EQ(HexText(Encoded(GoalEnded{1, 2, true, {3, 4}})),
             "0408"
             "0100"
             "02"

@@ -1,20 +1,18 @@
 #include "server/core/engine/goal.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <string>
 
 #include "server/base/hash.h"
 #include "server/core/field/extent.h"
 #include "server/core/field/heading.h"
 #include "server/core/field/route.h"
+#include "server/core/field/wide_integer.h"
 
 namespace pheromone::engine {
 namespace {
 
-__extension__ using Int128 = __int128;
-
+using field::Int128;
 using field::PointUm;
 
 constexpr int64_t kUnit = 4096;
@@ -27,20 +25,8 @@ Int128 Dot(PointUm a, PointUm b) {
   return Int128{a.x} * b.x + Int128{a.y} * b.y;
 }
 
-// floor(sqrt(square)), for the lengths of maps: at most 2^42.
-int64_t Root(Int128 square) {
-  auto root = static_cast<int64_t>(std::sqrt(static_cast<double>(square)));
-  while (Int128{root} * root > square) {
-    --root;
-  }
-  while (Int128{root + 1} * (root + 1) <= square) {
-    ++root;
-  }
-  return root;
-}
-
 int64_t Length(PointUm a) {
-  return Root(Dot(a, a));
+  return field::FloorRoot(Dot(a, a));
 }
 
 // The point at `part` of `whole` from a to b, 0 <= part <= whole.

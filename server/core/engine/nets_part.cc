@@ -26,16 +26,7 @@ static_assert(static_cast<int>(petri::LiveOutcome::kRefused) ==
 static_assert(tags::kNetRecordType == protocol::kTypeNetRecord);
 static_assert(petri::kMaxTriggers == protocol::kMaxCandidates);
 
-using Statement = std::array<uint8_t, protocol::kNetStatementSize>;
-
-Statement StatementOf(const tags::Block& block) {
-  const tags::Words words = tags::ToWords(block);
-  Statement statement;
-  for (size_t i = 0; i < protocol::kStatementWords; ++i) {
-    protocol::PutI32(&statement[4 * i], words[protocol::kWordSubjectNamespace + i]);
-  }
-  return statement;
-}
+using Statement = NetStatement;
 
 tags::Block BlockOf(int32_t author, const Statement& statement) {
   tags::Words words{};
@@ -203,6 +194,15 @@ uint64_t WordOf(const std::optional<uint64_t>& time_ms) {
 }
 
 }  // namespace
+
+NetStatement StatementOf(const tags::Block& block) {
+  const tags::Words words = tags::ToWords(block);
+  NetStatement statement;
+  for (size_t i = 0; i < protocol::kStatementWords; ++i) {
+    protocol::PutI32(&statement[4 * i], words[protocol::kWordSubjectNamespace + i]);
+  }
+  return statement;
+}
 
 Status NetsPart::CheckConfig(const Context& context, const EngineConfig& next,
                              const ConfigPlan* /*plan*/) const {

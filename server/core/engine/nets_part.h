@@ -10,6 +10,7 @@
 // The composed net's firings since the last Advance are in fired(), for replays and observers.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -18,8 +19,10 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/net_record.h"
 #include "server/core/engine/part.h"
 #include "server/core/petri/live_net.h"
+#include "server/core/tags/block.h"
 #include "server/core/tags/store.h"
 
 namespace pheromone::engine {
@@ -30,6 +33,10 @@ struct NetFiring {
   uint32_t transition = 0;  ///< of the composed net
   int32_t robot = 0;        ///< its author's number; 0: the environment
 };
+
+/// What is written on a tag about a net: all of a block but its author and time.
+using NetStatement = std::array<uint8_t, protocol::kNetStatementSize>;
+NetStatement StatementOf(const tags::Block& block);
 
 class NetsPart {
  public:

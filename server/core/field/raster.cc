@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -46,29 +45,6 @@ Span Clip(Span span, Int128 step, Int128 start, Int128 low, Int128 high) {
   const Int128 first = std::max<Int128>(span.first, -FloorDivWide(-low, step));
   const Int128 last = std::min<Int128>(span.last, FloorDivWide(high, step));
   return first > last ? Span{} : Span{static_cast<int64_t>(first), static_cast<int64_t>(last)};
-}
-
-// The root of `square`, 0 to 2^102, rounded down. The estimate is off by one at most.
-int64_t FloorRoot(Int128 square) {
-  auto root = static_cast<int64_t>(std::sqrt(static_cast<double>(square)));
-  while (Int128{root} * root > square) {
-    --root;
-  }
-  while (Int128{root + 1} * (root + 1) <= square) {
-    ++root;
-  }
-  return root;
-}
-
-// The root of `a` times `b`, a product up to 2^204, rounded down.
-Int128 FloorRoot(Int128 a, Int128 b) {
-  Int128 root = 0;
-  for (Int128 bit = Int128{1} << 102; bit > 0; bit >>= 1) {
-    if (CompareToRoot(root + bit, a, b) <= 0) {
-      root += bit;
-    }
-  }
-  return root;
 }
 
 // The points within a radius of a segment: two discs, and between them a rectangle along the

@@ -56,8 +56,8 @@ class Checker {
 
   void CheckStructure() {
     report_.invariants = PlaceInvariants(net_);
-    report_.place_semiflows = PlaceSemiflows(net_, options_.flows);
-    report_.transition_semiflows = TransitionSemiflows(net_, options_.flows);
+    report_.place_semiflows = PlaceSemiflows(net_);
+    report_.transition_semiflows = TransitionSemiflows(net_);
     report_.bounds = BoundsBy(net_, report_.place_semiflows.flows);
     is_bounded_.reserve(net_.places.size());
     for (const uint64_t bound : report_.bounds) {

@@ -47,7 +47,6 @@ struct CheckedClaim {
 
 struct CheckOptions {
   SearchLimits limits{};
-  FlowLimits flows{};
   bool reduce = false;     ///< fires eager transitions first: see reduction.h
   bool recurrence = true;  ///< asks for liveness and reversibility, too
   Progress progress{};

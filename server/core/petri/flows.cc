@@ -7,6 +7,9 @@
 namespace pheromone::petri {
 namespace {
 
+constexpr size_t kMaxRows = 20'000;                // at a time; there can be exponentially many
+constexpr size_t kMaxRowComparisons = 50'000'000;  // of rows, which is what takes time
+
 using Terms = std::vector<FlowTerm>;
 
 // A row of the matrix that is eliminated, and how it was made of the first rows.
@@ -171,9 +174,9 @@ std::optional<uint32_t> BestColumn(const std::vector<Row>& rows, std::vector<Sig
   return best;
 }
 
-Semiflows Farkas(std::vector<Row> rows, size_t columns, const FlowLimits& limits) {
+Semiflows Farkas(std::vector<Row> rows, size_t columns) {
   Semiflows found;
-  size_t comparisons = limits.max_comparisons;
+  size_t comparisons = kMaxRowComparisons;
   std::vector<Signs> signs(columns);
   while (const std::optional<uint32_t> column = BestColumn(rows, &signs)) {
     std::vector<Row> next;
@@ -187,7 +190,7 @@ Semiflows Farkas(std::vector<Row> rows, size_t columns, const FlowLimits& limits
         (weight > 0 ? positive : negative).push_back(&row);
       }
     }
-    if (next.size() + positive.size() * negative.size() > limits.max_rows) {
+    if (next.size() + positive.size() * negative.size() > kMaxRows) {
       found.complete = false;
     }
     const size_t first_new = next.size();
@@ -260,12 +263,12 @@ FlowBasis PlaceInvariants(const Net& net) {
   return basis;
 }
 
-Semiflows PlaceSemiflows(const Net& net, const FlowLimits& limits) {
-  return Farkas(RowsOf(net, true), net.transitions.size(), limits);
+Semiflows PlaceSemiflows(const Net& net) {
+  return Farkas(RowsOf(net, true), net.transitions.size());
 }
 
-Semiflows TransitionSemiflows(const Net& net, const FlowLimits& limits) {
-  return Farkas(RowsOf(net, false), net.places.size(), limits);
+Semiflows TransitionSemiflows(const Net& net) {
+  return Farkas(RowsOf(net, false), net.places.size());
 }
 
 int64_t ValueOf(const Net& net, const Flow& flow) {

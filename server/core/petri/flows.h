@@ -1,7 +1,7 @@
 // What stays the same whatever fires: P-invariants, and semiflows, those without negative weights.
 //
 //   const FlowBasis basis = PlaceInvariants(net);          // y with A y = 0
-//   const Semiflows all = PlaceSemiflows(net, {});         // the minimal ones
+//   const Semiflows all = PlaceSemiflows(net);             // the minimal ones
 //   all.flows[0].terms;                                    // free + busy = 1: {{0, 1}, {2, 1}}
 //   const std::vector<uint64_t> bounds = BoundsBy(net, all.flows);
 //
@@ -11,7 +11,6 @@
 // Colom, Silva: Convex geometry and semiflows in P/T nets, 1991; the algorithm is Farkas's.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -43,20 +42,15 @@ struct FlowBasis {
 /// incidence matrix.
 FlowBasis PlaceInvariants(const Net& net);
 
-struct FlowLimits {
-  size_t max_rows = 20'000;             ///< at a time; there can be exponentially many
-  size_t max_comparisons = 50'000'000;  ///< of rows, which is what takes time
-};
-
 struct Semiflows {
   std::vector<Flow> flows;  ///< of minimal support
-  bool complete = true;     ///< false: given up, by a limit or because numbers grew beyond 64 bits
+  bool complete = true;     ///< false: given up: too many, or numbers grew beyond 64 bits
 };
 
-Semiflows PlaceSemiflows(const Net& net, const FlowLimits& limits);
+Semiflows PlaceSemiflows(const Net& net);
 
 /// Firings that lead back to the same marking.
-Semiflows TransitionSemiflows(const Net& net, const FlowLimits& limits);
+Semiflows TransitionSemiflows(const Net& net);
 
 /// Weights times initial tokens: what the flow's sum of tokens is in each reachable marking.
 /// Saturates.

@@ -157,7 +157,7 @@ std::multiset<Weights> MinimalFlows(const Net& net) {
 
 TEST(Flows, TheForksAndSeatsOfPhilosophersAreAllMinimalSemiflows) {
   for (int count = 2; count <= 6; ++count) {
-    const Semiflows all = PlaceSemiflows(Philosophers(count), {});
+    const Semiflows all = PlaceSemiflows(Philosophers(count));
     EXPECT_TRUE(all.complete);
     EXPECT_EQ(all.flows.size(), 2u * static_cast<unsigned>(count));
   }
@@ -168,7 +168,7 @@ TEST(Flows, SemiflowsAreThoseOfMinimalSupportEachOnce) {
   size_t found = 0;
   for (int i = 0; i < 400; ++i) {
     const Net net = RandomFlows(&random);
-    const Semiflows all = PlaceSemiflows(net, {});
+    const Semiflows all = PlaceSemiflows(net);
     ASSERT_TRUE(all.complete);
     std::multiset<Weights> flows;
     for (const Flow& flow : all.flows) {

@@ -6,37 +6,12 @@
 #include <limits>
 
 #include "server/base/hash.h"
+#include "server/base/utf8.h"
 
 namespace pheromone::tags {
 namespace {
 
 constexpr std::array<std::string_view, 3> kRowKindNames = {"robot", "string", "mapping"};
-
-// The bytes of the UTF-8 sequence at the beginning of `text`; 0 if there is no well-formed one.
-size_t SequenceLength(std::string_view text) {
-  const auto byte = [&](size_t i) {
-    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
-  };
-  const auto continues = [&](size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
-  const unsigned first = byte(0);
-  if (first < 0x80) {
-    return 1;
-  }
-  if (first >= 0xC2 && first <= 0xDF) {
-    return continues(1) ? 2 : 0;
-  }
-  if (first >= 0xE0 && first <= 0xEF) {
-    const bool is_overlong = first == 0xE0 && byte(1) < 0xA0;
-    const bool is_surrogate = first == 0xED && byte(1) > 0x9F;
-    return continues(1) && continues(2) && !is_overlong && !is_surrogate ? 3 : 0;
-  }
-  if (first >= 0xF0 && first <= 0xF4) {
-    const bool is_overlong = first == 0xF0 && byte(1) < 0x90;
-    const bool is_too_large = first == 0xF4 && byte(1) > 0x8F;
-    return continues(1) && continues(2) && continues(3) && !is_overlong && !is_too_large ? 4 : 0;
-  }
-  return 0;
-}
 
 bool IsText(std::string_view text) {
   return !text.empty() && text.size() <= SymbolTables::kMaxTextBytes && IsPlainUtf8(text);
@@ -65,12 +40,11 @@ std::optional<RowKind> RowKindNamed(std::string_view name) {
 
 bool IsPlainUtf8(std::string_view text) {
   while (!text.empty()) {
-    const size_t length = SequenceLength(text);
-    const auto first = static_cast<unsigned char>(text.front());
-    if (length == 0 || first < 0x20 || first == 0x7F) {
+    const Utf8Character it = FirstCharacter(text);
+    if (it.state != Utf8Character::kValid || it.code_point < 0x20 || it.code_point == 0x7F) {
       return false;
     }
-    text.remove_prefix(length);
+    text.remove_prefix(it.bytes);
   }
   return true;
 }

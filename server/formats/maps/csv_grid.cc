@@ -8,18 +8,11 @@
 #include "server/base/file.h"
 #include "server/base/format.h"
 #include "server/base/message.h"
+#include "server/base/text.h"
 
 namespace pheromone::maps {
 
 namespace {
-
-std::string_view Trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const size_t first = text.find_first_not_of(kBlanks);
-  return first == std::string_view::npos
-             ? std::string_view()
-             : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
 
 // One non-empty line, without its line break.
 struct TextLine {
@@ -37,7 +30,7 @@ Status ForEachLine(std::string_view bytes, const std::function<Status(const Text
     const size_t end = std::min(bytes.find('\n'), bytes.size());
     const TextLine line{bytes.substr(0, end), number};
     bytes.remove_prefix(std::min(end + 1, bytes.size()));
-    const std::string_view text = Trimmed(line.text);
+    const std::string_view text = Trim(line.text);
     if (text.empty() || text.front() == '#') {
       continue;
     }
@@ -52,7 +45,7 @@ Status ReadNumbers(const TextLine& line, std::string_view name, size_t limit,
   size_t count = 0;
   for (size_t at = 0; at <= line.text.size(); ++count) {
     const size_t comma = std::min(line.text.find(',', at), line.text.size());
-    const std::string_view word = Trimmed(line.text.substr(at, comma - at));
+    const std::string_view word = Trim(line.text.substr(at, comma - at));
     double value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || end != word.data() + word.size() || std::isinf(value)) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "server/base/message.h"
+#include "server/base/text.h"
 #include "server/formats/maps/polyline_sink.h"
 
 namespace pheromone::maps {
@@ -12,15 +13,6 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr double kMetresToUm = 1e6;
-
-// `text` without surrounding white space. A tab is white space unless it is the separator.
-std::string_view Trim(std::string_view text) {
-  const size_t first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) {
-    return text.substr(text.size());
-  }
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
 
 char SeparatorOf(std::string_view row) {
   for (const char separator : {';', '\t'}) {

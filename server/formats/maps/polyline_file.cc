@@ -1,9 +1,8 @@
 #include "server/formats/maps/polyline_file.h"
 
-#include <algorithm>
-
 #include "server/base/file.h"
 #include "server/base/message.h"
+#include "server/base/text.h"
 #include "server/formats/maps/csv_polyline.h"
 #include "server/formats/maps/geojson.h"
 #include "server/formats/maps/svg/svg_file.h"
@@ -11,10 +10,7 @@
 namespace pheromone::maps {
 namespace {
 
-std::optional<PolylineFormat> FormatOf(std::string extension) {
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
+std::optional<PolylineFormat> FormatOf(std::string_view extension) {
   if (extension == ".csv") {
     return PolylineFormat::kCsv;
   }
@@ -47,7 +43,7 @@ Result<std::vector<Polyline>> ParsePolylines(PolylineFormat format, std::string_
 Result<std::vector<Polyline>> LoadPolylines(const std::filesystem::path& path,
                                             const PolylineOptions& options) {
   const std::string extension = path.extension().string();
-  const auto format = FormatOf(extension);
+  const auto format = FormatOf(ToLower(extension));
   if (!format) {
     return Error{path.string() + ": found the extension " + Quoted(extension) +
                  ", expected .csv, .geojson, .json or .svg"};

@@ -4,20 +4,12 @@
 #include <cstddef>
 #include <optional>
 
+#include "server/base/text.h"
+
 namespace pheromone::nets {
 namespace {
 
 constexpr int64_t kMaxAddend = 1'000'000'000;
-
-std::string_view WithoutSpaces(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') {
-    text.remove_prefix(1);
-  }
-  while (!text.empty() && text.back() == ' ') {
-    text.remove_suffix(1);
-  }
-  return text;
-}
 
 std::optional<int64_t> AddendOf(std::string_view text) {
   int64_t number = 0;
@@ -34,9 +26,9 @@ Result<std::string> FillInOne(std::string_view inside, const Parameters& paramet
     return std::string(as);
   }
   const size_t sign = inside.find_first_of("+-");
-  const auto found = parameters.find(WithoutSpaces(inside.substr(0, sign)));
+  const auto found = parameters.find(Trim(inside.substr(0, sign), " "));
   const std::optional<int64_t> addend =
-      sign == std::string_view::npos ? 0 : AddendOf(WithoutSpaces(inside.substr(sign + 1)));
+      sign == std::string_view::npos ? 0 : AddendOf(Trim(inside.substr(sign + 1), " "));
   if (found == parameters.end() || !addend) {
     return Error{"found \"{" + std::string(inside) +
                  "}\", expected a parameter in the braces, such as {robots} or {robots - 1}; "

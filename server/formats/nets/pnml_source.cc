@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "server/base/message.h"
+#include "server/base/text.h"
 #include "server/formats/nets/pnml_xml.h"
 
 namespace pheromone::nets {
@@ -13,10 +14,7 @@ namespace {
 constexpr std::ptrdiff_t kMaxTags = 8'000'000;  // 64 bytes each, in the library's tree
 
 bool SaysLatin1(std::string_view text) {
-  std::string prolog(text.substr(0, std::min(text.find("?>"), size_t{200})));
-  std::transform(prolog.begin(), prolog.end(), prolog.begin(), [](char c) {
-    return static_cast<char>(c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c);
-  });
+  const std::string prolog = ToLower(text.substr(0, std::min(text.find("?>"), size_t{200})));
   return prolog.starts_with("<?xml") && prolog.find("iso-8859-1") != std::string::npos;
 }
 

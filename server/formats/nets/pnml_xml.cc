@@ -1,14 +1,13 @@
 #include "server/formats/nets/pnml_xml.h"
 
-#include <algorithm>
 #include <cstdint>
 
 #include "server/base/percent.h"
+#include "server/base/text.h"
+#include "server/base/utf8.h"
 
 namespace pheromone::nets {
 namespace {
-
-constexpr std::string_view kXmlSpace = " \t\r\n";
 
 bool IsXmlCharacter(uint32_t code) {
   return code == '\t' || code == '\n' || code == '\r' || (code >= 0x20 && code < 0xD800) ||
@@ -17,27 +16,8 @@ bool IsXmlCharacter(uint32_t code) {
 
 // The length of the character at the beginning, or 0 if it is none that XML allows.
 size_t XmlCharacterLength(std::string_view text) {
-  const auto byte = [&](size_t i) { return static_cast<uint8_t>(text[i]); };
-  if (byte(0) < 0x80) {
-    return IsXmlCharacter(byte(0)) ? 1 : 0;
-  }
-  const size_t length = byte(0) < 0xC0   ? 0
-                        : byte(0) < 0xE0 ? 2
-                        : byte(0) < 0xF0 ? 3
-                        : byte(0) < 0xF8 ? 4
-                                         : 0;
-  if (length == 0 || length > text.size()) {
-    return 0;
-  }
-  uint32_t code = byte(0) & (0x7Fu >> length);
-  for (size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xC0) != 0x80) {
-      return 0;
-    }
-    code = code << 6 | (byte(i) & 0x3Fu);
-  }
-  const uint32_t shortest = length == 2 ? 0x80 : length == 3 ? 0x800 : 0x10000;
-  return code >= shortest && IsXmlCharacter(code) ? length : 0;
+  const Utf8Character it = FirstCharacter(text);
+  return it.state == Utf8Character::kValid && IsXmlCharacter(it.code_point) ? it.bytes : 0;
 }
 
 // Tabs and ends of lines are escaped where a reader would turn them into spaces or other ends.
@@ -74,8 +54,7 @@ size_t FirstNonXml(std::string_view text) {
 }
 
 std::string_view TrimXmlSpace(std::string_view text) {
-  const size_t first = std::min(text.find_first_not_of(kXmlSpace), text.size());
-  return text.substr(first, text.find_last_not_of(kXmlSpace) + 1 - first);
+  return Trim(text, " \t\r\n");
 }
 
 std::string_view LocalName(const pugi::xml_node& node) {

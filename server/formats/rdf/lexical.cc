@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "server/base/format.h"
+#include "server/base/utf8.h"
 #include "server/core/tags/symbols.h"
 
 namespace pheromone::tags {
@@ -346,16 +347,9 @@ std::optional<int32_t> ParseChar(std::string_view text) {
   if (text.empty() || text.size() > 4 || !IsPlainUtf8(text)) {
     return std::nullopt;
   }
-  const auto first = static_cast<unsigned char>(text.front());
-  const size_t length = first < 0x80 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-  if (text.size() != length) {
-    return std::nullopt;
-  }
-  uint32_t code = length == 1 ? first : first & (0xFFu >> (length + 1));
-  for (const char c : text.substr(1)) {
-    code = (code << 6) | (static_cast<unsigned char>(c) & 0x3Fu);
-  }
-  return static_cast<int32_t>(code);
+  const Utf8Character it = FirstCharacter(text);
+  return it.bytes == text.size() ? std::optional(static_cast<int32_t>(it.code_point))
+                                 : std::nullopt;
 }
 
 bool IsXmlText(std::string_view text) {

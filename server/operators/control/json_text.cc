@@ -2,13 +2,13 @@
 
 #include <cmath>
 #include <cstdint>
-#include <optional>
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 
 #include "server/base/format.h"
+#include "server/base/utf8.h"
 
 namespace pheromone::web {
 namespace {
@@ -26,40 +26,6 @@ void AppendDouble(double number, std::string* text) {
   } else {
     *text += ShortestText(number);
   }
-}
-
-// The number of continuation bytes after the first byte of a character; empty if no character
-// begins with it.
-std::optional<size_t> Following(unsigned char first) {
-  if (first < 0x80) {
-    return 0;
-  }
-  if (first >= 0xC2 && first <= 0xDF) {  // C0 and C1 would be longer than needed
-    return 1;
-  }
-  if (first >= 0xE0 && first <= 0xEF) {
-    return 2;
-  }
-  return first >= 0xF0 && first <= 0xF4 ? std::optional<size_t>(3) : std::nullopt;
-}
-
-// The number of bytes of the first character of `text`; 0 if it is invalid. RFC 3629: neither
-// overlong, nor a surrogate, nor beyond U+10FFFF.
-size_t CharacterSize(std::string_view text) {
-  const auto byte = [text](size_t i) { return static_cast<unsigned char>(text[i]); };
-  const std::optional<size_t> following = Following(byte(0));
-  if (!following || *following >= text.size()) {
-    return 0;
-  }
-  for (size_t i = 1; i <= *following; ++i) {
-    if ((byte(i) & 0xC0u) != 0x80) {
-      return 0;
-    }
-  }
-  const bool good = *following == 0 ||
-                    (!(byte(0) == 0xE0 && byte(1) < 0xA0) && !(byte(0) == 0xED && byte(1) > 0x9F) &&
-                     !(byte(0) == 0xF0 && byte(1) < 0x90) && !(byte(0) == 0xF4 && byte(1) > 0x8F));
-  return good ? *following + 1 : 0;
 }
 
 std::string Quoted(std::string_view text) {
@@ -111,13 +77,13 @@ std::string WellFormed(std::string_view text) {
   std::string good;
   good.reserve(text.size());
   while (!text.empty()) {
-    const size_t size = CharacterSize(text);
-    if (size == 0) {
+    const Utf8Character it = FirstCharacter(text);
+    if (it.state != Utf8Character::kValid) {
       good += "\xEF\xBF\xBD";
       text.remove_prefix(1);
     } else {
-      good += text.substr(0, size);
-      text.remove_prefix(size);
+      good += text.substr(0, it.bytes);
+      text.remove_prefix(it.bytes);
     }
   }
   return good;

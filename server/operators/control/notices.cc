@@ -1,6 +1,5 @@
 #include "server/operators/control/notices.h"
 
-#include <algorithm>
 #include <cassert>
 #include <iterator>
 #include <utility>
@@ -13,11 +12,6 @@ NoticeQueue::NoticeQueue(ListenerOptions options) : options_(std::move(options))
 
 void NoticeQueue::Push(const Notice& notice) {
   const std::lock_guard lock(mutex_);
-  if (options_.latest_only) {
-    std::erase_if(waiting_, [&](const Notice& it) {
-      return it.topic == notice.topic && it.subject == notice.subject;
-    });
-  }
   if (waiting_.size() >= options_.max_waiting) {
     waiting_.pop_front();
     ++dropped_;

@@ -48,9 +48,6 @@ struct Notice {
 
 struct ListenerOptions {
   size_t max_waiting = 64;  ///< at least 1; beyond it, the oldest notice is dropped
-  /// Keep only the latest notice of each topic and subject. Replaced notices do not count as
-  /// dropped.
-  bool latest_only = false;
   /// Called when a notice is queued, and not again before Take; from any thread, under a lock: it
   /// should only post, and must not call the subscription. May be empty.
   std::function<void()> wake = {};

@@ -64,24 +64,6 @@ TEST(Notices, OfWhichTooManyWaitLoseTheOldestAndSayHowMany) {
   EXPECT_EQ(taken.dropped, 0u);
 }
 
-TEST(Notices, WhoWantsTheLatestGetsOneOfEachSubjectAndTopic) {
-  NoticeBoard board;
-  const auto latest = board.Subscribe({.max_waiting = 3, .latest_only = true});
-  board.Publish(Link("a", false, "1"));
-  board.Publish(Link("b", false, "2"));
-  board.Publish(Link("a", true, "3"));
-  board.Publish({.topic = Notice::Topic::kCapture, .subject = "a", .text = "4"});
-  Subscription::Taken taken = latest->Take();
-  EXPECT_EQ(TextsOf(taken), (Texts{"2", "3", "4"}));
-  EXPECT_EQ(taken.dropped, 0u);
-  for (const char* name : {"a", "b", "c", "d"}) {
-    board.Publish(Link(name, true, name));
-  }
-  taken = latest->Take();
-  EXPECT_EQ(TextsOf(taken), (Texts{"b", "c", "d"}));
-  EXPECT_EQ(taken.dropped, 1u);
-}
-
 TEST(Notices, WakeOnceUntilTheyAreTaken) {
   NoticeBoard board;
   int woken = 0;

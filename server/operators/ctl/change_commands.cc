@@ -79,12 +79,8 @@ std::string Nodes(uint64_t nodes) {
 int ChangeMap(const ServerOptions& options, const std::string& what, const json::object& body,
               const std::string& words) {
   const JsonReply reply = CallJson(options, "POST", "/api/v1/" + what, json::serialize(body));
-  if (reply.exit_status != 0) {
+  if (IsDone(options, reply)) {
     return reply.exit_status;
-  }
-  if (options.json) {
-    fmt::print("{}", reply.text);
-    return 0;
   }
   const uint64_t nodes = CountAt(reply.value, "nodes");
   const uint64_t changed = CountAt(reply.value, "changed");
@@ -226,8 +222,7 @@ int Paint(const ServerOptions& options, const std::string& pheromone, const Shap
 
 int Reverse(const ServerOptions& options, bool redo) {
   const JsonReply reply = CallJson(options, "POST", redo ? "/api/v1/redo" : "/api/v1/undo", "{}");
-  if (reply.exit_status != 0 || options.json) {
-    fmt::print("{}", reply.exit_status == 0 ? reply.text : "");
+  if (IsDone(options, reply)) {
     return reply.exit_status;
   }
   const auto made_at = static_cast<std::time_t>(NumberAt(reply.value, "time_s"));
@@ -286,8 +281,7 @@ int GoTo(const ServerOptions& options, const RobotGoal& goal) {
 
 int ReloadConfig(const ServerOptions& options) {
   const JsonReply reply = CallJson(options, "POST", "/api/v1/reload", "{}");
-  if (reply.exit_status != 0 || options.json) {
-    fmt::print("{}", reply.exit_status == 0 ? reply.text : "");
+  if (IsDone(options, reply)) {
     return reply.exit_status;
   }
   fmt::print("configuration reread\n");

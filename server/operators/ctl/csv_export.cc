@@ -19,6 +19,7 @@
 #include "protocol/messages.h"
 #include "server/base/descriptor.h"
 #include "server/base/format.h"
+#include "server/base/text.h"
 #include "server/base/units.h"
 #include "server/core/field/law.h"
 #include "server/operators/control/control.h"
@@ -41,19 +42,6 @@ constexpr std::string_view kRobotColumns =
 constexpr std::string_view kDepositColumns =
     "time_s,utc,by,link,robot,action,pheromone,x_m,y_m,units,quanta,shape,radius_m";
 constexpr std::string_view kEventColumns = "time_s,utc,by,link,robot,event,value,text";
-
-// A cell: quoted if it has to be.
-std::string Cell(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    return std::string(text);
-  }
-  std::string quoted = "\"";
-  for (const char c : text) {
-    quoted += c;
-    quoted += c == '"' ? "\"" : "";
-  }
-  return quoted + '"';
-}
 
 // One of the files. Errors are kept until it is closed.
 class Table {
@@ -108,7 +96,7 @@ using RobotKey = std::pair<engine::LinkIndex, uint8_t>;
 
 std::string NameOfType(const engine::EngineConfig& config, uint8_t type) {
   const field::PheromoneLaw* law = config.field.FindLaw(type);
-  return law != nullptr ? Cell(law->name) : std::to_string(type);
+  return law != nullptr ? CsvCell(law->name) : std::to_string(type);
 }
 
 std::string_view NameOf(field::FieldEdit::Action action) {
@@ -183,8 +171,8 @@ class CsvTables : public RecordingExport {
                             sensed->second.left / kPerUnit, sensed->second.right / kPerUnit);
       const std::optional<engine::Goal>& goal = client.robot.goal;
       robots_.Row(fmt::format(
-          "{},{},{},{},{},{},{},{},{},{}", When(time_ns), Cell(client.link), client.id, pose,
-          senses, control::NameOf(client.condition.state), Cell(client.condition.reason),
+          "{},{},{},{},{},{},{},{},{},{}", When(time_ns), CsvCell(client.link), client.id, pose,
+          senses, control::NameOf(client.condition.state), CsvCell(client.condition.reason),
           goal ? fmt::format("{}", Metres(goal->point().x)) : "",
           goal ? fmt::format("{}", Metres(goal->point().y)) : "",
           client.silent_ms ? fmt::format("{:.3f}", static_cast<double>(*client.silent_ms) / 1e3)
@@ -299,9 +287,8 @@ class CsvTables : public RecordingExport {
   // "time_s,utc"
   std::string When(uint64_t time_ns) const {
     const double since_s = (static_cast<double>(time_ns) - static_cast<double>(*begin_ns_)) / 1e9;
-    const auto utc_ms = static_cast<int64_t>(time_ns / kNsPerMilli);
-    return fmt::format("{:.3f},{}.{:03}Z", since_s, UtcText(utc_ms / 1000, "%Y-%m-%dT%H:%M:%S"),
-                       utc_ms % 1000);
+    return fmt::format("{:.3f},{}", since_s,
+                       UtcMsText(static_cast<int64_t>(time_ns / kNsPerMilli)));
   }
 
   // Of what was not refused.
@@ -351,7 +338,7 @@ class CsvTables : public RecordingExport {
 
   std::string NameOfLink(std::optional<engine::LinkIndex> link) const {
     const auto& links = player_->engine().config().links;
-    return link && *link < links.size() ? Cell(links[*link].name) : "";
+    return link && *link < links.size() ? CsvCell(links[*link].name) : "";
   }
 
   // `robot` 0: none, or all.
@@ -359,8 +346,8 @@ class CsvTables : public RecordingExport {
                 uint8_t robot, const std::string& event, const std::string& value,
                 const std::string& text) {
     events_.Row(fmt::format("{},{},{},{},{},{},{}", When(time_ns), by, NameOfLink(link),
-                            robot == 0 ? "" : std::to_string(robot), Cell(event), value,
-                            Cell(text)));
+                            robot == 0 ? "" : std::to_string(robot), CsvCell(event), value,
+                            CsvCell(text)));
   }
 
   Table robots_;

@@ -139,12 +139,8 @@ HaltedLinks DescribeHaltedLinks(const json::value& answer, const json::value& cl
 
 int HaltAll(const ServerOptions& options) {
   const JsonReply sent = CallJson(options, "POST", "/api/v1/halt");
-  if (sent.exit_status != 0) {
+  if (IsDone(options, sent)) {
     return sent.exit_status;
-  }
-  if (options.json) {
-    fmt::print("{}", sent.text);
-    return 0;
   }
   const Result<json::value> status = AskJson(options, "GET", "/api/v1/status");
   const HaltedLinks links =

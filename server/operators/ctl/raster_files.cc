@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "server/base/text.h"
 #include "server/formats/maps/csv_grid.h"
 #include "server/formats/maps/npy.h"
 #include "server/formats/maps/pgm.h"
@@ -19,10 +20,7 @@ namespace {
 enum class Format { kPgm, kPng, kNpy, kCsv, kRos, kUnknown };
 
 Format FormatOf(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
+  const std::string ending = ToLower(std::filesystem::path(path).extension().string());
   constexpr std::pair<std::string_view, Format> kEndings[] = {
       {".pgm", Format::kPgm}, {".png", Format::kPng},  {".npy", Format::kNpy},
       {".csv", Format::kCsv}, {".yaml", Format::kRos}, {".yml", Format::kRos}};

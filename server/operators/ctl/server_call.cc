@@ -234,4 +234,11 @@ JsonReply CallJson(const ServerOptions& options, std::string_view method, const 
   return answer;
 }
 
+bool IsDone(const ServerOptions& options, const JsonReply& reply) {
+  if (reply.exit_status == 0 && options.json) {
+    fmt::print("{}", reply.text);
+  }
+  return reply.exit_status != 0 || options.json;
+}
+
 }  // namespace pheromone::ctl

@@ -64,4 +64,8 @@ struct JsonReply {
 JsonReply CallJson(const ServerOptions& options, std::string_view method, const std::string& target,
                    const std::string& body = "");
 
+/// Prints an answer as the server sent it, if that is wanted. True: so it was, or the call has
+/// failed, and nothing more is to be shown.
+bool IsDone(const ServerOptions& options, const JsonReply& reply);
+
 }  // namespace pheromone::ctl

@@ -96,14 +96,6 @@ void ShowTrackers(const ServerOptions& options) {
   }
 }
 
-// Prints the answer unchanged if requested. True: nothing more to do.
-bool IsDone(const ServerOptions& options, const JsonReply& reply) {
-  if (reply.exit_status == 0 && options.json) {
-    fmt::print("{}", reply.text);
-  }
-  return reply.exit_status != 0 || options.json;
-}
-
 // Robots that are not heard though a link's file has their key.
 void ShowRevoked(const json::value& links) {
   for (const json::value& link : ItemsAt(links, "links")) {

@@ -14,6 +14,7 @@
 #include <optional>
 #include <string_view>
 
+#include "server/base/descriptor.h"
 #include "server/base/escape.h"
 #include "server/base/percent.h"
 #include "server/base/standard_output.h"
@@ -88,16 +89,7 @@ class RawTerminal {
   }
 
   // 0, or the error of the output, as in errno.
-  static int Write(std::string_view text) {
-    while (!text.empty()) {
-      const ssize_t written = write(STDOUT_FILENO, text.data(), text.size());
-      if (written < 0 && errno != EINTR) {
-        return errno;
-      }
-      text.remove_prefix(static_cast<size_t>(std::max<ssize_t>(written, 0)));
-    }
-    return 0;
-  }
+  static int Write(std::string_view text) { return WriteAll(STDOUT_FILENO, text) ? 0 : errno; }
 
   // Waits until the next picture is due. False: the operator quits.
   static bool Wait() {

@@ -1,8 +1,6 @@
 #include "server/operators/web/assets.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -10,16 +8,19 @@
 #include <utility>
 
 #include "server/base/descriptor.h"
+#include "server/base/file.h"
 #include "server/base/format.h"
 #include "server/base/hash.h"
+#include "server/base/text.h"
 #include "server/operators/web/embedded.h"
 
 namespace pheromone::web {
 namespace {
 
 constexpr std::string_view kFolder = "/dashboard/";
-constexpr size_t kMaxFileBytes = size_t{4} << 20;
+constexpr size_t kMaxAssetBytes = size_t{4} << 20;
 constexpr size_t kMaxDepth = 4;
+constexpr std::string_view kBlanks = " \t";  // in the fields of a request
 
 constexpr std::string_view kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
@@ -74,25 +75,14 @@ std::optional<std::string> ReadBelow(const std::string& folder, const std::strin
     at =
         Descriptor(openat(at.get(), (*parts)[i].c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | kind));
   }
-  struct stat status {};
-  if (!parts || !at.valid() || fstat(at.get(), &status) != 0 || !S_ISREG(status.st_mode) ||
-      static_cast<size_t>(status.st_size) > kMaxFileBytes) {
+  if (!parts || !at.valid()) {
     return std::nullopt;
   }
-  std::string bytes(static_cast<size_t>(status.st_size), '\0');
-  size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t got = read(at.get(), bytes.data() + done, bytes.size() - done);
-    if (got <= 0) {
-      break;  // it was cut just now
-    }
-    done += static_cast<size_t>(got);
-  }
-  bytes.resize(done);
-  return bytes;
+  Result<std::string> bytes = ReadFile("/proc/self/fd/" + std::to_string(at.get()), kMaxAssetBytes);
+  return bytes.ok() ? std::optional(std::move(bytes).value()) : std::nullopt;
 }
 
-// What gzip made of a file of at most kMaxFileBytes.
+// What gzip made of a file of at most kMaxAssetBytes.
 std::string Inflate(std::string_view gzip) {
   constexpr int kGzip = 16 + MAX_WBITS;
   z_stream stream{};
@@ -105,7 +95,7 @@ std::string Inflate(std::string_view gzip) {
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(gzip.data()));
   stream.avail_in = static_cast<uInt>(gzip.size());
   int state = Z_OK;
-  while (state == Z_OK && text.size() <= kMaxFileBytes) {
+  while (state == Z_OK && text.size() <= kMaxAssetBytes) {
     stream.next_out = reinterpret_cast<Bytef*>(piece.data());
     stream.avail_out = static_cast<uInt>(piece.size());
     state = inflate(&stream, Z_NO_FLUSH);
@@ -122,17 +112,11 @@ const EmbeddedFile* Find(std::string_view name) {
   return found != files.end() ? &*found : nullptr;
 }
 
-std::string_view Trimmed(std::string_view text) {
-  const size_t begin = std::min(text.find_first_not_of(" \t"), text.size());
-  text.remove_prefix(begin);
-  return text.substr(0, text.find_last_not_of(" \t") + 1);
-}
-
 // Whether one of a list of entity tags, such as `"a", W/"b"`, or "*", means this one.
 bool Names(std::string_view list, std::string_view etag) {
   while (!list.empty()) {
     const size_t end = std::min(list.find(','), list.size());
-    std::string_view item = Trimmed(list.substr(0, end));
+    std::string_view item = Trim(list.substr(0, end), kBlanks);
     if (item.starts_with("W/")) {
       item.remove_prefix(2);
     }
@@ -151,8 +135,9 @@ bool TakesGzip(std::string_view accept_encoding) {
     const size_t end = std::min(accept_encoding.find(','), accept_encoding.size());
     const std::string_view item = accept_encoding.substr(0, end);
     const size_t semicolon = std::min(item.find(';'), item.size());
-    if (Trimmed(item.substr(0, semicolon)) == "gzip") {
-      const std::string_view weight = Trimmed(item.substr(std::min(semicolon + 1, item.size())));
+    if (Trim(item.substr(0, semicolon), kBlanks) == "gzip") {
+      const std::string_view weight =
+          Trim(item.substr(std::min(semicolon + 1, item.size())), kBlanks);
       return !weight.starts_with("q=0") ||
              weight.find_first_of("123456789") != std::string_view::npos;
     }

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <optional>
 
+#include "server/base/text.h"
+
 namespace pheromone::web {
 namespace {
 
@@ -20,20 +22,13 @@ std::optional<uint64_t> ToNumber(std::string_view text) {
   return error == std::errc() ? number : UINT64_MAX;
 }
 
-std::string_view Trim(std::string_view text) {
-  const size_t first = text.find_first_not_of(" \t");
-  return first == std::string_view::npos
-             ? std::string_view()
-             : text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 }  // namespace
 
 ByteRange ParseRange(std::string_view header, uint64_t file_bytes) {
   const ByteRange whole{ByteRange::Kind::kWhole, 0, file_bytes};
   const ByteRange none{ByteRange::Kind::kUnsatisfiable, 0, 0};
   const std::string_view text =
-      header.starts_with(kUnit) ? Trim(header.substr(kUnit.size())) : std::string_view();
+      header.starts_with(kUnit) ? Trim(header.substr(kUnit.size()), " \t") : std::string_view();
   const size_t dash = text.find('-');
   if (dash == std::string_view::npos) {
     return whole;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "server/base/text.h"
+
 namespace pheromone::web {
 namespace {
 
@@ -31,10 +33,7 @@ bool MeansThisServer(std::string_view host, const std::vector<std::string>& name
   if (host.starts_with('[') && host.ends_with(']')) {
     return IsAddress(AF_INET6, std::string(host.substr(1, host.size() - 2)));
   }
-  std::string name(host);
-  std::transform(name.begin(), name.end(), name.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
+  const std::string name = ToLower(host);
   return name == "localhost" || IsAddress(AF_INET, name) ||
          std::find(names.begin(), names.end(), name) != names.end();
 }

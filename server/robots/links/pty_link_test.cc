@@ -487,9 +487,7 @@ TEST_F(PtyLinkTest, CommandsReachTheRobotUnasked) {
   ASSERT_TRUE(Start().ok());
   Peer robot(path_);
   ASSERT_TRUE(robot.Ask(Hello(1, 5)));
-  std::vector<engine::Outgoing> out;
-  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.router().Deliver(out);
+  ASSERT_TRUE(server_.Halt(1).ok());
   const auto command = robot.Receive();
   ASSERT_TRUE(command);
   EXPECT_EQ(command->opcode, protocol::kCommand);

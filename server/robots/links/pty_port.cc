@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <climits>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -59,9 +58,8 @@ bool HeldByAServer(const std::string& slave, const std::string& path) {
 
 // The target of a symbolic link; empty if it is not one.
 std::string TargetOf(const std::string& path) {
-  std::array<char, PATH_MAX> target{};
-  const ssize_t size = readlink(path.c_str(), target.data(), target.size());
-  return size > 0 ? std::string(target.data(), static_cast<size_t>(size)) : std::string();
+  std::error_code error;
+  return std::filesystem::read_symlink(path, error).string();
 }
 
 // Gives access to the user's group, as for the control socket: by default, devpts lets only the

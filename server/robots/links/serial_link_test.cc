@@ -240,9 +240,7 @@ TEST_F(SerialLinkTest, AnAnswerThatCannotStartWithinTheWindowIsNotSentButCounted
   ASSERT_EQ(tap_.dropped().size(), 2u);
   EXPECT_EQ(tap_.dropped()[1].opcode, protocol::kPingAnswer);
   // What nobody waits for has no window: it goes when the line is idle.
-  std::vector<engine::Outgoing> out;
-  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.router().Deliver(out);
+  ASSERT_TRUE(server_.Halt(1).ok());
   const auto command = radio.Receive();
   ASSERT_TRUE(command);
   EXPECT_EQ(command->opcode, protocol::kCommand);
@@ -270,9 +268,7 @@ TEST_F(SerialLinkTest, AnAnswerGoesBeforeACommandThatWaitsForAnIdleLine) {
   Peer radio = PlugIn();
   ASSERT_TRUE(Start().ok());
   ASSERT_TRUE(radio.Ask(Hello(1, 5)));
-  std::vector<engine::Outgoing> out;
-  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.router().Deliver(out);
+  ASSERT_TRUE(server_.Halt(1).ok());
   ASSERT_TRUE(radio.Send(PingOf(3, 1)));
   ASSERT_TRUE(radio.Send(PingOf(3, 2)));
   EXPECT_TRUE(IsEcho(radio.Receive(), 3, 1));

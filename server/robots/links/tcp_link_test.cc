@@ -83,9 +83,7 @@ TEST_F(TcpLinkTest, CommandsGoWhereTheRobotSpokeLast) {
   ASSERT_TRUE(before.Ask(Hello(1, 5)));
   Peer now = Connect();
   ASSERT_TRUE(now.Ask(PingOf(1, 1)));
-  std::vector<engine::Outgoing> out;
-  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.router().Deliver(out);
+  ASSERT_TRUE(server_.Halt(1).ok());
   const auto command = now.Receive();
   ASSERT_TRUE(command);
   EXPECT_EQ(command->opcode, protocol::kCommand);
@@ -144,11 +142,7 @@ TEST_F(TcpLinkTest, ABroadcastReachesEveryConnection) {
   Peer b = Connect();
   ASSERT_TRUE(a.Ask(Hello(1, 5)));
   ASSERT_TRUE(b.Ask(Hello(2, 5)));
-  std::vector<engine::Outgoing> out;
-  ASSERT_TRUE(server_.service()
-                  .Issue({0, protocol::kBroadcastId, protocol::CommandCode::kHalt, {}}, &out)
-                  .ok());
-  server_.router().Deliver(out);
+  ASSERT_TRUE(server_.Halt(protocol::kBroadcastId).ok());
   EXPECT_EQ(a.Receive()->id, protocol::kBroadcastId);
   EXPECT_EQ(b.Receive()->id, protocol::kBroadcastId);
 }
@@ -162,9 +156,7 @@ TEST_F(TcpLinkTest, AnEchoOfTheServersFramesDoesNotTakeOverARobotsAddress) {
   answer.opcode = protocol::kPingAnswer;
   ASSERT_TRUE(echo.Send(answer));
   ASSERT_TRUE(Eventually([&] { return server_.link().counters().received.frames == 2; }));
-  std::vector<engine::Outgoing> out;
-  ASSERT_TRUE(server_.service().Issue({0, 1, protocol::CommandCode::kHalt, {}}, &out).ok());
-  server_.router().Deliver(out);
+  ASSERT_TRUE(server_.Halt(1).ok());
   EXPECT_TRUE(robot.Receive());
 }
 

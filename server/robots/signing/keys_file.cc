@@ -14,21 +14,15 @@
 
 #include "server/base/descriptor.h"
 #include "server/base/file.h"
+#include "server/base/hex.h"
 #include "server/base/message.h"
+#include "server/base/text.h"
 
 namespace pheromone::signing {
 namespace {
 
 constexpr size_t kMaxBytes = 1 << 20;
-constexpr std::string_view kBlanks = " \t\r";
 constexpr std::string_view kLineExpected = "expected ID KEY [COMMENT]";
-
-std::string_view Trim(std::string_view text) {
-  const size_t begin = text.find_first_not_of(kBlanks);
-  return begin == std::string_view::npos
-             ? std::string_view()
-             : text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin);
-}
 
 // Takes the first word off; a # ends it, too.
 std::string_view TakeWord(std::string_view* text) {
@@ -174,7 +168,7 @@ bool KeysFile::Add(uint8_t id, const Key& key) {
   if (robots_.contains(id)) {
     return false;
   }
-  lines_.push_back(std::to_string(id) + ' ' + ToHex(key));
+  lines_.push_back(std::to_string(id) + ' ' + HexText(key));
   robots_[id] = {key, "", lines_.size()};
   return true;
 }
@@ -191,16 +185,6 @@ bool KeysFile::Remove(uint8_t id) {
     robot.line -= robot.line > line ? 1 : 0;
   }
   return true;
-}
-
-std::string ToHex(const Key& key) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const uint8_t byte : key) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
 }
 
 }  // namespace pheromone::signing

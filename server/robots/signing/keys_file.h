@@ -69,7 +69,4 @@ class KeysFile {
   std::map<uint8_t, Robot> robots_;
 };
 
-/// 32 hexadecimal digits.
-std::string ToHex(const Key& key);
-
 }  // namespace pheromone::signing

@@ -48,17 +48,10 @@ Status Files::Begin(const Start& start) {
 }
 
 Status Files::Write(std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t size = ::write(descriptor_.get(), bytes.data(), bytes.size());
-    if (size < 0 && errno == EINTR) {
-      continue;
-    }
-    if (size < 0) {
-      return SystemError(path_ + ": cannot be written");
-    }
-    bytes_ += static_cast<uint64_t>(size);
-    bytes.remove_prefix(static_cast<size_t>(size));
+  if (!WriteAll(descriptor_.get(), bytes)) {
+    return SystemError(path_ + ": cannot be written");
   }
+  bytes_ += bytes.size();
   return Ok();
 }
 

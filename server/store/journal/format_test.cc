@@ -5,20 +5,11 @@
 #include <algorithm>
 #include <vector>
 
+#include "server/base/hex.h"
 #include "server/store/journal/crc32c.h"
 
 namespace pheromone::journal {
 namespace {
-
-std::string Hex(std::string_view bytes) {
-  std::string text;
-  for (const char c : bytes) {
-    constexpr char kDigits[] = "0123456789abcdef";
-    text += kDigits[static_cast<uint8_t>(c) >> 4];
-    text += kDigits[static_cast<uint8_t>(c) & 15];
-  }
-  return text;
-}
 
 std::string LittleEndian(uint32_t value) {
   ByteWriter writer;
@@ -53,32 +44,32 @@ TEST(Format, NamesSayWhatTheFilesAre) {
 TEST(Format, TheBytesAreThoseOfTheDescription) {
   const std::string file = SmallSegment();
   const std::string head = file.substr(0, 32);
-  EXPECT_EQ(Hex(head), Hex("PHEROLOG") +
-                           "02000000"
-                           "00000000"
-                           "0300000000000000"
-                           "2900000000000000");
+  EXPECT_EQ(HexText(head), HexText("PHEROLOG") +
+                               "02000000"
+                               "00000000"
+                               "0300000000000000"
+                               "2900000000000000");
   EXPECT_EQ(file.substr(32, 4), LittleEndian(Crc32c(head)));
   const std::string length = file.substr(36, 4);
   const std::string group = file.substr(44, 9);
-  EXPECT_EQ(Hex(length), "09000000");
-  EXPECT_EQ(Hex(group),
+  EXPECT_EQ(HexText(length), "09000000");
+  EXPECT_EQ(HexText(group),
             "02"
             "2800000000000000");
   EXPECT_EQ(file.substr(40, 4), LittleEndian(Crc32c(length + group)));
   const std::string event = file.substr(61, 27);
-  EXPECT_EQ(Hex(file.substr(53, 4)), "1b000000");
-  EXPECT_EQ(Hex(event),
+  EXPECT_EQ(HexText(file.substr(53, 4)), "1b000000");
+  EXPECT_EQ(HexText(event),
             "01"
             "2900000000000000"
             "e803000000000000"
             "fbffffffffffffff"
             "0402");
-  EXPECT_EQ(Hex(file.substr(96, 17)),
+  EXPECT_EQ(HexText(file.substr(96, 17)),
             "03"
             "2900000000000000"
             "cdab000000000000");
-  EXPECT_EQ(Hex(file.substr(121, 9)),
+  EXPECT_EQ(HexText(file.substr(121, 9)),
             "04"
             "2900000000000000");
   EXPECT_EQ(file.size(), 130u);
@@ -156,15 +147,15 @@ TEST(Format, AnotherVersionIsNoDamage) {
 TEST(Format, PiecesAreThoseOfTheDescription) {
   std::string file;
   AppendPiece(0x0102, "abc", &file);
-  EXPECT_EQ(Hex(file.substr(0, 4)), "0c000000");
-  EXPECT_EQ(Hex(file.substr(8)),
+  EXPECT_EQ(HexText(file.substr(0, 4)), "0c000000");
+  EXPECT_EQ(HexText(file.substr(8)),
             "05"
             "0201000000000000" +
-                Hex("abc"));
+                HexText("abc"));
   file.clear();
   AppendEventInPieces(41, {1'000, -5}, {3, 0x010203, 0xAABBCCDD}, &file);
-  EXPECT_EQ(Hex(file.substr(0, 4)), "25000000");
-  EXPECT_EQ(Hex(file.substr(8)),
+  EXPECT_EQ(HexText(file.substr(0, 4)), "25000000");
+  EXPECT_EQ(HexText(file.substr(8)),
             "06"
             "2900000000000000"
             "e803000000000000"

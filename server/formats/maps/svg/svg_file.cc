@@ -10,6 +10,7 @@
 
 #include "server/base/format.h"
 #include "server/base/message.h"
+#include "server/base/text.h"
 #include "server/formats/maps/polyline_sink.h"
 #include "server/formats/maps/svg/svg_scanner.h"
 #include "server/formats/maps/svg/svg_shape.h"
@@ -22,11 +23,7 @@ constexpr size_t kMaxDepth = 64;
 constexpr std::ptrdiff_t kMaxTags = 1'000'000;
 constexpr double kMetresToUm = 1e6;
 
-std::string_view Trim(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\n\r\f";
-  const size_t first = std::min(text.find_first_not_of(kSpace), text.size());
-  return text.substr(first, text.find_last_not_of(kSpace) + 1 - first);
-}
+constexpr std::string_view kSpace = " \t\n\r\f";
 
 // The value of a property in a `style` attribute; empty if it is not there.
 std::string_view StyleProperty(std::string_view style, std::string_view name) {
@@ -35,8 +32,8 @@ std::string_view StyleProperty(std::string_view style, std::string_view name) {
     const size_t end = std::min(style.find(';'), style.size());
     const std::string_view declaration = style.substr(0, end);
     const size_t colon = declaration.find(':');
-    if (colon != std::string_view::npos && Trim(declaration.substr(0, colon)) == name) {
-      value = Trim(declaration.substr(colon + 1));
+    if (colon != std::string_view::npos && Trim(declaration.substr(0, colon), kSpace) == name) {
+      value = Trim(declaration.substr(colon + 1), kSpace);
     }
     style.remove_prefix(std::min(end + 1, style.size()));
   }

@@ -2,17 +2,18 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
-#include <span>
 #include <system_error>
+#include <vector>
 
 #include "server/base/descriptor.h"
+#include "server/base/hex.h"
+#include "server/base/random.h"
 #include "server/base/result.h"
 #include "server/operators/ctl/cluster/cluster_plan.h"
 #include "server/operators/ctl/server_call.h"
@@ -25,16 +26,10 @@ namespace fs = std::filesystem;
 constexpr size_t kSecretBytes = 32;
 constexpr size_t kTokenBytes = 4;
 
-Result<std::string> RandomDigits(size_t count) {
-  std::array<unsigned char, kSecretBytes> bytes{};
-  if (getrandom(bytes.data(), count, 0) != static_cast<ssize_t>(count)) {
-    return SystemError("no random numbers");
-  }
-  std::string digits;
-  for (const unsigned char byte : std::span(bytes).first(count)) {
-    digits += fmt::format("{:02x}", byte);
-  }
-  return digits;
+std::string RandomDigits(size_t count) {
+  std::vector<uint8_t> bytes(count);
+  FillRandom(bytes);
+  return HexText(bytes);
 }
 
 // Never through a link, and never with rights that an older file had.
@@ -51,8 +46,8 @@ Status WritePlanned(const fs::path& path, const PlannedFile& file) {
 }
 
 Status WriteMachines(const ClusterPlan& plan, const fs::path& folder) {
-  PHEROMONE_TRY(const std::string secret, RandomDigits(kSecretBytes));
-  PHEROMONE_TRY(const std::string token, RandomDigits(kTokenBytes));
+  const std::string secret = RandomDigits(kSecretBytes);
+  const std::string token = RandomDigits(kTokenBytes);
   for (const ClusterMachine& machine : plan.machines) {
     const fs::path own = folder / machine.name;
     std::error_code error;

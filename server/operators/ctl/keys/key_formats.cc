@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "protocol/crc16.h"
-#include "server/robots/signing/keys_file.h"
+#include "server/base/hex.h"
 
 namespace pheromone::ctl {
 
 std::string KeyAsHex(const signing::Key& key) {
-  return signing::ToHex(key) + '\n';
+  return HexText(key) + '\n';
 }
 
 std::string KeyAsIntelHex(const signing::Key& key) {

@@ -114,12 +114,8 @@ int RevokeKeysInFile(const KeysOptions& options) {
 int RevokeKeysAtServer(const ServerOptions& server, const std::vector<int>& ids) {
   const json::object body{{"ids", json::array(ids.begin(), ids.end())}};
   const JsonReply reply = CallJson(server, "POST", "/api/v1/revoke", json::serialize(body));
-  if (reply.exit_status != 0) {
+  if (IsDone(server, reply)) {
     return reply.exit_status;
-  }
-  if (server.json) {
-    fmt::print("{}", reply.text);
-    return 0;
   }
   std::vector<std::string> links;
   for (const json::value& link : ItemsAt(reply.value, "links")) {

@@ -64,12 +64,8 @@ void PrintMarking(const json::value& net) {
 
 int ListNets(const ServerOptions& options) {
   const JsonReply reply = CallJson(options, "GET", "/api/v1/nets");
-  if (reply.exit_status != 0) {
+  if (IsDone(options, reply)) {
     return reply.exit_status;
-  }
-  if (options.json) {
-    fmt::print("{}", reply.text);
-    return 0;
   }
   std::vector<std::vector<std::string>> rows{
       {"NET", "LAW", "ADVICE", "A", "B", "SOURCE", "DEPOSITS", "FIRINGS", "LAST", "EXCEPTIONS"}};
@@ -87,12 +83,8 @@ int ListNets(const ServerOptions& options) {
 
 int ShowNet(const ServerOptions& options, const std::string& name) {
   const JsonReply reply = CallJson(options, "GET", "/api/v1/nets?net=" + PercentEncode(name));
-  if (reply.exit_status != 0) {
+  if (IsDone(options, reply)) {
     return reply.exit_status;
-  }
-  if (options.json) {
-    fmt::print("{}", reply.text);
-    return 0;
   }
   tags::SymbolTables tables;
   if (const int failed = FetchTables(options, &tables); failed != 0) {

@@ -2,26 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <array>
-
-#include "protocol/byte_order.h"
 #include "protocol/net_record.h"
+#include "server/core/engine/nets_part.h"
 #include "server/core/petri/live_rules.h"
 
 namespace pheromone::ctl {
 namespace {
 
 using protocol::NetRecordFault;
-using Statement = std::array<uint8_t, protocol::kNetStatementSize>;
-
-Statement StatementOf(const tags::Block& block) {
-  const tags::Words words = tags::ToWords(block);
-  Statement statement;
-  for (size_t i = 0; i < protocol::kStatementWords; ++i) {
-    protocol::PutI32(&statement[4 * i], words[protocol::kWordSubjectNamespace + i]);
-  }
-  return statement;
-}
 
 std::string Text(const protocol::TriggerRecord& record) {
   std::string text = record.count == 0 ? "fires nothing" : "fires";
@@ -67,7 +55,7 @@ std::string FaultText(NetRecordFault fault) {
 }  // namespace
 
 std::string RecordText(const tags::Block& block) {
-  const Statement statement = StatementOf(block);
+  const engine::NetStatement statement = engine::StatementOf(block);
   const uint32_t hash = protocol::NetHashOf(statement.data());
   std::string text;
   NetRecordFault fault = NetRecordFault::kKind;

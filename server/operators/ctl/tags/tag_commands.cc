@@ -63,6 +63,14 @@ void PrintJson(const json::value& value) {
   fmt::print("{}\n", json::serialize(value));
 }
 
+// Tells a reader of JSON that a change is made; `failed` is its exit status, and is returned.
+int Finish(const ServerOptions& options, int failed) {
+  if (failed == 0 && options.json) {
+    PrintJson(json::object{{"done", true}});
+  }
+  return failed;
+}
+
 // The author and the sentence in numbers, with the rows that these need at the server.
 int Prepare(const ServerOptions& options, const TagNote& note, tags::Block* block) {
   tags::SymbolTables tables;
@@ -220,11 +228,7 @@ int WriteTag(const ServerOptions& options, const TagNote& note) {
   if (note.slot) {
     change["slot"] = *note.slot;
   }
-  const int failed = PostChange(options, change);
-  if (failed == 0 && options.json) {
-    PrintJson(json::object{{"done", true}});
-  }
-  return failed;
+  return Finish(options, PostChange(options, change));
 }
 
 int EraseTag(const ServerOptions& options, const std::string& name, std::optional<int> slot) {
@@ -246,10 +250,7 @@ int EraseTag(const ServerOptions& options, const std::string& name, std::optiona
       return failed;
     }
   }
-  if (options.json) {
-    PrintJson(json::object{{"done", true}});
-  }
-  return 0;
+  return Finish(options, 0);
 }
 
 int ForgetSymbols(const ServerOptions& options, const tags::Maker& maker) {
@@ -258,11 +259,7 @@ int ForgetSymbols(const ServerOptions& options, const tags::Maker& maker) {
     body["link"] = maker.link;
     body["id"] = maker.id;
   }
-  const int failed = PostChange(options, body);
-  if (failed == 0 && options.json) {
-    PrintJson(json::object{{"done", true}});
-  }
-  return failed;
+  return Finish(options, PostChange(options, body));
 }
 
 int FindOnTags(const ServerOptions& options, const std::vector<std::string>& examples) {

@@ -6,6 +6,9 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
+#include <span>
+
+#include "server/base/hex.h"
 
 namespace pheromone::web {
 namespace {
@@ -18,13 +21,7 @@ std::string TicketUntil(std::string_view token, uint64_t end_s) {
   unsigned size = 0;
   HMAC(EVP_sha256(), token.data(), static_cast<int>(token.size()),
        reinterpret_cast<const unsigned char*>(text.data()), text.size(), mac.data(), &size);
-  std::string ticket = std::to_string(end_s) + '-';
-  for (size_t i = 0; i < kMacBytes; ++i) {
-    constexpr char kHex[] = "0123456789abcdef";
-    ticket += kHex[mac[i] >> 4];
-    ticket += kHex[mac[i] & 15];
-  }
-  return ticket;
+  return std::to_string(end_s) + '-' + HexText(std::span(mac).first(kMacBytes));
 }
 
 }  // namespace

@@ -93,6 +93,14 @@ class Server {
     router_.Deliver(out);
   }
 
+  /// Has an operator halt a robot of the first link, or all.
+  Status Halt(uint8_t id) {
+    std::vector<engine::Outgoing> out;
+    Status issued = service_.Issue({0, id, protocol::CommandCode::kHalt, {}}, &out);
+    router_.Deliver(out);
+    return issued;
+  }
+
   /// Stops the links; returns when io_context has nothing left to do.
   void Stop() {
     for (const auto& link : links_) {
