@@ -93,4 +93,19 @@ Status WriteSecretFile(const std::string& path, std::string_view bytes) {
   return Replace(path, bytes, true);
 }
 
+Status CheckOutput(const std::string& output, const std::vector<std::string>& inputs) {
+  struct stat written {};
+  if (stat(output.c_str(), &written) != 0 || !S_ISREG(written.st_mode)) {
+    return Ok();
+  }
+  for (const std::string& input : inputs) {
+    struct stat read {};
+    if (stat(input.c_str(), &read) == 0 && read.st_dev == written.st_dev &&
+        read.st_ino == written.st_ino) {
+      return Error{output + ": the output is the input " + input + ", expected another name"};
+    }
+  }
+  return Ok();
+}
+
 }  // namespace pheromone

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "server/base/result.h"
 
@@ -29,5 +30,9 @@ Status WriteFile(const std::string& path, std::string_view bytes);
 /// The same for what only the owner may read: mode 0600 from the beginning, under any umask. A file
 /// that is replaced keeps its owner: root may change what belongs to a service's user.
 Status WriteSecretFile(const std::string& path, std::string_view bytes);
+
+/// That writing `output` replaces none of the `inputs`, under whatever names. Inputs that do not
+/// exist are none.
+Status CheckOutput(const std::string& output, const std::vector<std::string>& inputs);
 
 }  // namespace pheromone

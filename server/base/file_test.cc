@@ -92,6 +92,20 @@ TEST_F(FileTest, ASecretThatRootReplacesKeepsItsOwner) {
   EXPECT_EQ(ReadFile(In("key")).value(), "new");
 }
 
+TEST_F(FileTest, AnOutputIsNoneOfTheInputsUnderAnyName) {
+  ASSERT_TRUE(WriteFile(In("a"), "x").ok());
+  ASSERT_TRUE(WriteFile(In("b"), "x").ok());
+  std::filesystem::create_symlink("a", In("link"));
+  std::filesystem::create_hard_link(In("a"), In("same"));
+  for (const char* input : {"a", "./a", "link", "same"}) {
+    EXPECT_EQ(CheckOutput(In("a"), {In("b"), In(input)}).error(),
+              In("a") + ": the output is the input " + In(input) + ", expected another name");
+  }
+  EXPECT_TRUE(CheckOutput(In("a"), {In("b"), In("none"), ""}).ok());
+  EXPECT_TRUE(CheckOutput(In("none"), {In("none")}).ok());
+  EXPECT_TRUE(CheckOutput("/dev/null", {"/dev/null"}).ok());
+}
+
 TEST_F(FileTest, ReadingSaysWhyItFails) {
   EXPECT_EQ(ReadFile(In("a")).error(), In("a") + ": cannot be opened: No such file or directory");
   EXPECT_EQ(ReadFile(In("")).error(), In("") + ": cannot be read: Is a directory");
