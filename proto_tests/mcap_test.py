@@ -196,6 +196,29 @@ def check_library(folder, *files):
     print(f"read with @mcap/core and @foxglove/rosmsg2-serialization: {len(files)} files")
 
 
+def check_recordings_are_kept(bin_dir, folder):
+    """An output's name is forgotten, or is that of a recording."""
+    whole = (HERE / "replay/traffic.pcapng").read_bytes()
+    first, second = folder / "1.pcapng", folder / "2.pcapng"
+    tables = folder / "tables"
+    tables.mkdir()
+    for path in (first, second, tables / "events.csv"):
+        path.write_bytes(whole)
+    (folder / "link.mcap").symlink_to(first)
+    told = "is a recording, expected another name to export to"
+    for out in (first, folder / "link.mcap"):
+        check(f"{out}: {told}" in export(bin_dir, out, second, status=2), out)
+        text = export(bin_dir, out, second, first, status=2)
+        check(f"{out}: the output is the input {first}, expected another name" in text, text)
+    check(told in export(bin_dir, first, "--live", status=2), "before it records")
+    result = subprocess.run([bin_dir / "pheromonectl", "export", "--csv", tables, second],
+                            text=True, capture_output=True, check=False, timeout=60)
+    check(result.returncode == 2 and f"{tables}/events.csv: {told}" in result.stderr, result)
+    for path in (first, second, tables / "events.csv"):
+        check(path.read_bytes() == whole, f"{path} has changed")
+    check(len(list(tables.iterdir())) == 1, "the other tables")
+
+
 def main():
     bin_dir = pathlib.Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as place:
@@ -233,6 +256,7 @@ def main():
         read_mcap(files[-1])
         text = export(bin_dir, folder / "none/x.mcap", two[0], status=1)
         check("No such file or directory" in text, text)
+        check_recordings_are_kept(bin_dir, folder)
         if len(sys.argv) > 2:
             check_library(pathlib.Path(sys.argv[2]), *files)
 

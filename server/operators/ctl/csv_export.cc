@@ -138,9 +138,9 @@ std::string_view NameOf(field::FieldEdit::Shape shape) {
 class CsvTables : public RecordingExport {
  public:
   CsvTables(const std::filesystem::path& folder, double rate_hz)
-      : robots_(folder / "robots.csv", kRobotColumns),
-        deposits_(folder / "deposits.csv", kDepositColumns),
-        events_(folder / "events.csv", kEventColumns),
+      : robots_(folder / kCsvTables[0], kRobotColumns),
+        deposits_(folder / kCsvTables[1], kDepositColumns),
+        events_(folder / kCsvTables[2], kEventColumns),
         step_ns_(static_cast<uint64_t>(1e9 / rate_hz)) {}
 
   void Begin(const playback::Player* player) override {

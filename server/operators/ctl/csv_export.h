@@ -13,6 +13,9 @@
 
 namespace pheromone::ctl {
 
+/// In the folder.
+constexpr const char* kCsvTables[] = {"robots.csv", "deposits.csv", "events.csv"};
+
 struct CsvOptions {
   std::string folder;   ///< created if it does not exist
   double rate_hz = 10;  ///< rows of each robot in a second
