@@ -22,7 +22,8 @@ struct CsvOptions {
 };
 
 /// Returns the exit status; a recording that cannot be replayed to its end is exported up to there,
-/// with kFailed.
+/// with kFailed. Earlier tables are replaced at the end, and untouched if there was nothing to
+/// export.
 int ExportCsv(const std::vector<std::string>& captures, const CsvOptions& options);
 
 }  // namespace pheromone::ctl
