@@ -196,6 +196,53 @@ def check_library(folder, *files):
     print(f"read with @mcap/core and @foxglove/rosmsg2-serialization: {len(files)} files")
 
 
+def check_recordings_are_kept(bin_dir, folder):
+    """An output's name is forgotten, or is that of a recording."""
+    whole = (HERE / "replay/traffic.pcapng").read_bytes()
+    first, second = folder / "1.pcapng", folder / "2.pcapng"
+    tables = folder / "tables"
+    tables.mkdir()
+    for path in (first, second, tables / "events.csv"):
+        path.write_bytes(whole)
+    (folder / "link.mcap").symlink_to(first)
+    told = "is a recording, expected another name to export to"
+    for out in (first, folder / "link.mcap"):
+        check(f"{out}: {told}" in export(bin_dir, out, second, status=2), out)
+        text = export(bin_dir, out, second, first, status=2)
+        check(f"{out}: the output is the input {first}, expected another name" in text, text)
+    check(told in export(bin_dir, first, "--live", status=2), "before it records")
+    result = subprocess.run([bin_dir / "pheromonectl", "export", "--csv", tables, second],
+                            text=True, capture_output=True, check=False, timeout=60)
+    check(result.returncode == 2 and f"{tables}/events.csv: {told}" in result.stderr, result)
+    for path in (first, second, tables / "events.csv"):
+        check(path.read_bytes() == whole, f"{path} has changed")
+    check(len(list(tables.iterdir())) == 1, "the other tables")
+
+
+def check_earlier_files_are_kept(bin_dir, folder):
+    """What could not be exported replaces nothing, and a device stays one."""
+    whole = HERE / "replay/traffic.pcapng"
+    out = folder / "kept.mcap"
+    export(bin_dir, out, whole)
+    earlier = out.read_bytes()
+    (folder / "empty").touch()
+    for name in ("nope.pcapng", "empty"):
+        text = export(bin_dir, out, folder / name, status=1)
+        check(name in text and "messages" not in text, text)
+        check(out.read_bytes() == earlier, name)
+    export(bin_dir, out, HERE / "replay/evaporation.pcapng")
+    check(out.read_bytes() != earlier, "a later export replaces it")
+    check(not list(folder.glob("*.new*")), "files are left beside it")
+    full = folder / "full"
+    full.symlink_to("/dev/full")
+    text = export(bin_dir, full, whole, status=1)
+    check("full: cannot be written: No space left on device" in text, text)
+    check(full.is_symlink() and full.is_char_device(), "the device is gone")
+    result = subprocess.run([bin_dir / "pheromonectl", "export", "--mcap", "/dev/stdout", whole],
+                            capture_output=True, check=True, timeout=60)
+    check(result.stdout.startswith(earlier), "into a pipe")
+
+
 def main():
     bin_dir = pathlib.Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as place:
@@ -233,6 +280,8 @@ def main():
         read_mcap(files[-1])
         text = export(bin_dir, folder / "none/x.mcap", two[0], status=1)
         check("No such file or directory" in text, text)
+        check_recordings_are_kept(bin_dir, folder)
+        check_earlier_files_are_kept(bin_dir, folder)
         if len(sys.argv) > 2:
             check_library(pathlib.Path(sys.argv[2]), *files)
 

@@ -8,7 +8,10 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <filesystem>
 #include <string>
+#include <system_error>
+#include <utility>
 
 #include "server/base/descriptor.h"
 
@@ -49,6 +52,20 @@ Result<std::string> ReadFile(const std::string& path, size_t max_bytes) {
 
 namespace {
 
+// Creates a new file beside this one. Exclusive, so that two writers do not share it; files left by
+// a crash are skipped. `*fresh` is its name.
+Descriptor OpenBeside(const std::string& path, mode_t mode, std::string* fresh) {
+  Descriptor file;
+  for (int attempt = 0; !file.valid() && attempt < 100; ++attempt) {
+    *fresh = path + ".new" + std::to_string(attempt);
+    file = Descriptor(open(fresh->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
+    if (!file.valid() && errno != EEXIST) {
+      break;
+    }
+  }
+  return file;
+}
+
 Status Replace(const std::string& path, std::string_view bytes, bool is_secret) {
   // A rename would also replace a device, such as /dev/null.
   struct stat found {};
@@ -56,17 +73,8 @@ Status Replace(const std::string& path, std::string_view bytes, bool is_secret) 
   if (exists && !S_ISREG(found.st_mode) && !S_ISDIR(found.st_mode)) {
     return Error{path + ": cannot be written: is not a regular file"};
   }
-  // Exclusive, so that two writers do not share it; files left by a crash are skipped.
   std::string fresh;
-  int fd = -1;
-  for (int attempt = 0; fd < 0 && attempt < 100; ++attempt) {
-    fresh = path + ".new" + std::to_string(attempt);
-    fd = open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, is_secret ? 0600 : 0666);
-    if (fd < 0 && errno != EEXIST) {
-      break;
-    }
-  }
-  Descriptor file(fd);
+  Descriptor file = OpenBeside(path, is_secret ? 0600 : 0666, &fresh);
   if (!file.valid()) {
     return SystemError(fresh + ": cannot be created");
   }
@@ -91,6 +99,91 @@ Status WriteFile(const std::string& path, std::string_view bytes) {
 
 Status WriteSecretFile(const std::string& path, std::string_view bytes) {
   return Replace(path, bytes, true);
+}
+
+FileWriter::FileWriter(std::string path) : path_(std::move(path)), target_(path_) {
+  struct stat found {};
+  const bool exists = lstat(path_.c_str(), &found) == 0;
+  if (exists && S_ISLNK(found.st_mode)) {
+    std::error_code error;
+    const std::filesystem::path end = std::filesystem::canonical(path_, error);
+    target_ = error ? path_ : end.string();
+  }
+  const bool is_file = stat(target_.c_str(), &found) == 0 && S_ISREG(found.st_mode);
+  Descriptor file;
+  if (exists && !is_file) {
+    file =
+        Descriptor(open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOCTTY, 0666));
+  } else {
+    file = OpenBeside(target_, 0666, &fresh_);
+  }
+  file_ = file.valid() ? fdopen(file.get(), "wb") : nullptr;
+  if (file_ == nullptr) {
+    status_ = SystemError((fresh_.empty() ? path_ : fresh_) + ": cannot be created");
+    fresh_.clear();
+    return;
+  }
+  file.release();
+}
+
+FileWriter::~FileWriter() {
+  if (file_ != nullptr) {
+    std::fclose(file_);
+  }
+  if (!fresh_.empty()) {
+    unlink(fresh_.c_str());
+  }
+}
+
+void FileWriter::Fail() {
+  if (status_.ok()) {
+    status_ = SystemError(path_ + ": cannot be written");
+  }
+}
+
+void FileWriter::Write(std::string_view part) {
+  if (status_.ok() && std::fwrite(part.data(), 1, part.size(), file_) != part.size()) {
+    Fail();
+  }
+}
+
+Status FileWriter::Close() {
+  std::FILE* const file = std::exchange(file_, nullptr);
+  if (file == nullptr) {
+    return status_;
+  }
+  if (std::fflush(file) != 0 || (!fresh_.empty() && fsync(fileno(file)) != 0)) {
+    Fail();
+  }
+  if (std::fclose(file) != 0) {
+    Fail();
+  }
+  return status_;
+}
+
+Status FileWriter::Commit() {
+  PHEROMONE_TRY_STATUS(Close());
+  if (!fresh_.empty() && std::rename(fresh_.c_str(), target_.c_str()) != 0) {
+    Fail();
+  } else {
+    fresh_.clear();
+  }
+  return status_;
+}
+
+Status CheckOutput(const std::string& output, const std::vector<std::string>& inputs) {
+  struct stat written {};
+  if (stat(output.c_str(), &written) != 0 || !S_ISREG(written.st_mode)) {
+    return Ok();
+  }
+  for (const std::string& input : inputs) {
+    struct stat read {};
+    if (stat(input.c_str(), &read) == 0 && read.st_dev == written.st_dev &&
+        read.st_ino == written.st_ino) {
+      return Error{output + ": the output is the input " + input + ", expected another name"};
+    }
+  }
+  return Ok();
 }
 
 }  // namespace pheromone

@@ -92,6 +92,71 @@ TEST_F(FileTest, ASecretThatRootReplacesKeepsItsOwner) {
   EXPECT_EQ(ReadFile(In("key")).value(), "new");
 }
 
+TEST_F(FileTest, WhatIsWrittenInPartsReplacesTheFileAtTheEnd) {
+  ASSERT_TRUE(WriteFile(In("a"), "old").ok());
+  std::filesystem::create_symlink("a", In("link"));
+  {
+    FileWriter file(In("link"));
+    file.Write("ne");
+    file.Write("w");
+    ASSERT_TRUE(file.Close().ok());
+    EXPECT_EQ(ReadFile(In("a")).value(), "old");
+    ASSERT_TRUE(file.Commit().ok());
+  }
+  EXPECT_EQ(ReadFile(In("a")).value(), "new");
+  EXPECT_TRUE(std::filesystem::is_symlink(In("link")));
+  EXPECT_EQ(Entries(), 2U);
+}
+
+TEST_F(FileTest, WhatIsWrittenInPartsAndGivenUpLeavesTheOldFile) {
+  ASSERT_TRUE(WriteFile(In("a"), "old").ok());
+  for (const char* name : {"a", "none"}) {
+    FileWriter file(In(name));
+    file.Write(std::string(200'000, 'x'));
+    EXPECT_TRUE(file.status().ok());
+  }
+  EXPECT_EQ(ReadFile(In("a")).value(), "old");
+  EXPECT_EQ(Entries(), 1U);
+}
+
+TEST_F(FileTest, ADeviceIsWrittenToInPartsAndStays) {
+  std::filesystem::create_symlink("/dev/full", In("full"));
+  FileWriter full(In("full"));
+  full.Write(std::string(200'000, 'x'));
+  full.Write("more");
+  EXPECT_EQ(full.Commit().error(), In("full") + ": cannot be written: No space left on device");
+  FileWriter null("/dev/null");
+  null.Write("x");
+  EXPECT_TRUE(null.Commit().ok());
+  EXPECT_TRUE(std::filesystem::is_character_file(In("full")));
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+  EXPECT_EQ(Entries(), 1U);
+}
+
+TEST_F(FileTest, WhatCannotBeWrittenInPartsSaysWhy) {
+  FileWriter nowhere(In("none/a"));
+  nowhere.Write("x");
+  EXPECT_EQ(nowhere.Commit().error(),
+            In("none/a.new0") + ": cannot be created: No such file or directory");
+  std::filesystem::create_directory(In("folder"));
+  EXPECT_EQ(FileWriter(In("folder")).Commit().error(),
+            In("folder") + ": cannot be created: Is a directory");
+}
+
+TEST_F(FileTest, AnOutputIsNoneOfTheInputsUnderAnyName) {
+  ASSERT_TRUE(WriteFile(In("a"), "x").ok());
+  ASSERT_TRUE(WriteFile(In("b"), "x").ok());
+  std::filesystem::create_symlink("a", In("link"));
+  std::filesystem::create_hard_link(In("a"), In("same"));
+  for (const char* input : {"a", "./a", "link", "same"}) {
+    EXPECT_EQ(CheckOutput(In("a"), {In("b"), In(input)}).error(),
+              In("a") + ": the output is the input " + In(input) + ", expected another name");
+  }
+  EXPECT_TRUE(CheckOutput(In("a"), {In("b"), In("none"), ""}).ok());
+  EXPECT_TRUE(CheckOutput(In("none"), {In("none")}).ok());
+  EXPECT_TRUE(CheckOutput("/dev/null", {"/dev/null"}).ok());
+}
+
 TEST_F(FileTest, ReadingSaysWhyItFails) {
   EXPECT_EQ(ReadFile(In("a")).error(), In("a") + ": cannot be opened: No such file or directory");
   EXPECT_EQ(ReadFile(In("")).error(), In("") + ": cannot be read: Is a directory");

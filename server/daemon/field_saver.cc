@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -14,7 +15,7 @@
 
 namespace pheromone::daemon {
 
-Status CheckFolderOf(const std::string& path, const char* state_directory) {
+Status CheckSavePath(const std::string& path, const char* state_directory) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   if (access(folder.c_str(), F_OK) != 0) {
     return Error{path + ": cannot create files in its folder: " + std::strerror(errno)};
@@ -27,9 +28,23 @@ Status CheckFolderOf(const std::string& path, const char* state_directory) {
   if (std::filesystem::is_directory(path, ignored)) {
     return Error{path + ": is a folder"};
   }
-  return std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)
-             ? Error{path + ": is not a regular file"}
-             : Ok();
+  if (!std::filesystem::exists(path, ignored)) {
+    return Ok();
+  }
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    return Error{path + ": is not a regular file"};
+  }
+  std::string head(maps::kFieldMagic.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  if (!file.is_open()) {
+    return Error{path + ": cannot be opened: " + std::strerror(errno)};
+  }
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  return file.gcount() == 0 || head == maps::kFieldMagic
+             ? Ok()
+             : Error{path +
+                     ": is not a saved field, expected the name of one, or of no file, to "
+                     "save the field to"};
 }
 
 FieldSaver::FieldSaver(const engine::Service* service, std::function<uint64_t()> now_ms,

@@ -24,7 +24,8 @@ namespace pheromone::daemon {
 
 /// Whether a file can be created or replaced there, checked at the start rather than at the end.
 /// `path` is absolute, `state_directory` $STATE_DIRECTORY (server/config/folders.h).
-Status CheckFolderOf(const std::string& path, const char* state_directory);
+/// An existing file is a saved field, or empty: no configuration is replaced by mistake.
+Status CheckSavePath(const std::string& path, const char* state_directory);
 
 class FieldSaver {
  public:

@@ -190,7 +190,7 @@ int Run(const Options& options) {
     }
   }
   if (!options.save_field.empty()) {
-    const Status writable = CheckFolderOf(options.save_field, state_directory);
+    const Status writable = CheckSavePath(options.save_field, state_directory);
     if (!writable.ok()) {
       std::cerr << writable.error() << '\n';
       return kUsage;

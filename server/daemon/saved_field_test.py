@@ -152,12 +152,30 @@ class SavedFieldTest(DaemonTest):
             self.assertTrue(server.log.endswith("stopped\n"), server.log)
 
     def test_a_start_that_fails_leaves_what_was_saved(self):
-        (self.folder / "lab.field").write_text("of yesterday")
+        (self.folder / "lab.field").write_text("# pheromone-field of yesterday")
         self.config.write_text(CONFIG + '[[link]]\nname = "radio-b"\nkind = "serial"\n'
                                'port = "/dev/ttyNONE7"\nrequired = true\n')
         with self.start("--config", "test.toml", "--save-field", "lab.field") as server:
             self.assertEqual(server.end(), 1)
-        self.assertEqual((self.folder / "lab.field").read_text(), "of yesterday")
+        self.assertEqual((self.folder / "lab.field").read_text(), "# pheromone-field of yesterday")
+
+    def test_only_a_saved_field_is_replaced(self):
+        self.config.write_text(CONFIG + PTY)
+        keys = self.folder / "robots.keys"
+        keys.write_text("7 " + "0" * 32 + "\n")
+        short = self.folder / "short"
+        short.write_text("# pher")
+        for file in (self.config, keys, short):
+            before = file.read_bytes()
+            for check in ((), ("--check",)):
+                result = self.call("--config", "test.toml", "--save-field", file.name, *check)
+                self.assertEqual((result.returncode, result.stdout, result.stderr),
+                                 (2, "", f"{self.folder}/{file.name}: is not a saved field, expected "
+                                  "the name of one, or of no file, to save the field to\n"))
+            self.assertEqual(file.read_bytes(), before)
+        (self.folder / "empty").touch()
+        self.assertEqual(self.call("--config", "test.toml", "--save-field", "empty",
+                                   "--check").returncode, 0)
 
 
 if __name__ == "__main__":

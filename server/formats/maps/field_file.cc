@@ -10,7 +10,6 @@
 namespace pheromone::maps {
 namespace {
 
-constexpr std::string_view kMagic = "# pheromone-field ";
 constexpr std::string_view kVersion = "1";
 constexpr std::string_view kNodesLine = "# nodes type,column,row,level";
 
@@ -135,7 +134,7 @@ size_t CountNodes(const SavedField& saved) {
 std::string EncodeField(const SavedField& saved) {
   std::string text;
   text.reserve(1000 + CountNodes(saved) * 16);
-  text.append(kMagic).append(kVersion) += '\n';
+  text.append(kFieldMagic).append(kVersion) += '\n';
   text += "# map origin_um ";
   Append(saved.map.origin.x, ' ', &text);
   Append(saved.map.origin.y, ' ', &text);

@@ -40,6 +40,9 @@ namespace pheromone::maps {
 /// The maximum for saving and loading: such a file has at most 772 MB, and uses 400 MB of memory.
 constexpr size_t kMaxSavedNodes = size_t{1} << 25;
 
+/// The beginning of every such file.
+constexpr std::string_view kFieldMagic = "# pheromone-field ";
+
 struct SavedType {
   uint8_t type = 1;
   std::string name;  ///< printable; other characters are replaced by ?

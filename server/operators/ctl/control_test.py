@@ -208,6 +208,11 @@ class ControlTest(OperatedServer):
                          f"pheromonectl: the state is of {extent} 0.1 m; the configuration has "
                          f"{extent} 0.2 m; a running server keeps its map: restart it, with a "
                          "journal after pheromonectl journal resample\n")
+        file.write_text(operated_server.CONFIG.replace("cell_m = 0.1", "cell_m = -1\nunknown = 1"))
+        first, *others = self.ctl("reload", status=1).splitlines()
+        self.assertTrue(first.startswith("pheromonectl: test.toml:"), first)
+        self.assertEqual(len(others), 1, others)
+        self.assertTrue(others[0].startswith("  test.toml:"), others)
         file.write_text(operated_server.CONFIG)
         self.ctl("reload")
 

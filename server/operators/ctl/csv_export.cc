@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -17,7 +16,7 @@
 #include <variant>
 
 #include "protocol/messages.h"
-#include "server/base/descriptor.h"
+#include "server/base/file.h"
 #include "server/base/format.h"
 #include "server/base/text.h"
 #include "server/base/units.h"
@@ -43,46 +42,30 @@ constexpr std::string_view kDepositColumns =
     "time_s,utc,by,link,robot,action,pheromone,x_m,y_m,units,quanta,shape,radius_m";
 constexpr std::string_view kEventColumns = "time_s,utc,by,link,robot,event,value,text";
 
-// One of the files. Errors are kept until it is closed.
+// One of the files.
 class Table {
  public:
-  Table(const std::filesystem::path& path, std::string_view columns)
-      : path_(path), file_(std::fopen(path.c_str(), "wbe")) {
-    if (file_ == nullptr) {
-      error_ = SystemError(path.string());
-    }
+  Table(const std::filesystem::path& path, std::string_view columns) : file_(path.string()) {
     Write(columns);
   }
-  Table(const Table&) = delete;
-  Table& operator=(const Table&) = delete;
-  ~Table() { static_cast<void>(Close()); }
 
-  void Row(const std::string& line) {
+  void Row(std::string_view line) {
     Write(line);
     ++rows_;
   }
-  Status Close() {
-    if (file_ != nullptr && std::fclose(std::exchange(file_, nullptr)) != 0 && !error_) {
-      error_ = SystemError(path_.string());
-    }
-    return error_ ? Status(*error_) : Ok();
-  }
-  bool has_failed() const { return error_.has_value(); }
-  std::string Describe() const { return fmt::format("{}: {} rows", path_.string(), rows_); }
+  FileWriter* file() { return &file_; }
+  bool has_failed() const { return !file_.status().ok(); }
+  uint64_t rows() const { return rows_; }
+  std::string Describe() const { return fmt::format("{}: {} rows", file_.path(), rows_); }
 
  private:
   void Write(std::string_view line) {
-    if (file_ != nullptr && !error_ &&
-        (std::fwrite(line.data(), 1, line.size(), file_) != line.size() ||
-         std::fputc('\n', file_) == EOF)) {
-      error_ = SystemError(path_.string());
-    }
+    file_.Write(line);
+    file_.Write("\n");
   }
 
-  const std::filesystem::path path_;
-  std::FILE* file_;
+  FileWriter file_;
   uint64_t rows_ = 0;
-  std::optional<Error> error_;
 };
 
 // What a robot was last answered.
@@ -126,9 +109,9 @@ std::string_view NameOf(field::FieldEdit::Shape shape) {
 class CsvTables : public RecordingExport {
  public:
   CsvTables(const std::filesystem::path& folder, double rate_hz)
-      : robots_(folder / "robots.csv", kRobotColumns),
-        deposits_(folder / "deposits.csv", kDepositColumns),
-        events_(folder / "events.csv", kEventColumns),
+      : robots_(folder / kCsvTables[0], kRobotColumns),
+        deposits_(folder / kCsvTables[1], kDepositColumns),
+        events_(folder / kCsvTables[2], kEventColumns),
         step_ns_(static_cast<uint64_t>(1e9 / rate_hz)) {}
 
   void Begin(const playback::Player* player) override {
@@ -269,12 +252,18 @@ class CsvTables : public RecordingExport {
   bool has_failed() const override {
     return robots_.has_failed() || deposits_.has_failed() || events_.has_failed();
   }
-  Status Close() {
-    for (Table* table : {&robots_, &deposits_, &events_}) {
-      PHEROMONE_TRY_STATUS(table->Close());
+  // Replaces no table if one of them cannot be written.
+  Status Replace() {
+    Table* const tables[] = {&robots_, &deposits_, &events_};
+    for (Table* table : tables) {
+      PHEROMONE_TRY_STATUS(table->file()->Close());
+    }
+    for (Table* table : tables) {
+      PHEROMONE_TRY_STATUS(table->file()->Commit());
     }
     return Ok();
   }
+  uint64_t rows() const { return robots_.rows() + deposits_.rows() + events_.rows(); }
   std::string Describe() const {
     return robots_.Describe() + '\n' + deposits_.Describe() + '\n' + events_.Describe() + '\n';
   }
@@ -370,7 +359,10 @@ int ExportCsv(const std::vector<std::string>& captures, const CsvOptions& option
   std::filesystem::create_directory(options.folder, error);  // else no file can be made
   CsvTables tables(options.folder, options.rate_hz);
   const Status exported = ExportRecordings(captures, &tables);
-  if (const Status written = tables.Close(); !written.ok()) {
+  if (!exported.ok() && tables.rows() == 0) {
+    return Fail(kFailed, exported.error());
+  }
+  if (const Status written = tables.Replace(); !written.ok()) {
     return Fail(kFailed, written.error());
   }
   if (!exported.ok()) {

@@ -13,13 +13,17 @@
 
 namespace pheromone::ctl {
 
+/// In the folder.
+constexpr const char* kCsvTables[] = {"robots.csv", "deposits.csv", "events.csv"};
+
 struct CsvOptions {
   std::string folder;   ///< created if it does not exist
   double rate_hz = 10;  ///< rows of each robot in a second
 };
 
 /// Returns the exit status; a recording that cannot be replayed to its end is exported up to there,
-/// with kFailed.
+/// with kFailed. Earlier tables are replaced at the end, and untouched if there was nothing to
+/// export.
 int ExportCsv(const std::vector<std::string>& captures, const CsvOptions& options);
 
 }  // namespace pheromone::ctl

@@ -118,7 +118,18 @@ class RecordingTest(Tables):
         self.ctl("capture", "stop")
         (self.folder / "out").write_text("")
         words = self.ctl("export", "--csv", "out", *(self.folder / "captures").iterdir(), status=1)
-        self.assertIn("out/robots.csv: Not a directory", words)
+        self.assertIn("out/robots.csv.new0: cannot be created: Not a directory", words)
+
+    def test_tables_stay_if_there_is_nothing_to_export(self):
+        tables = [self.folder / "out" / name for name in ("robots.csv", "deposits.csv", "events.csv")]
+        (self.folder / "out").mkdir()
+        for table in tables:
+            table.write_text("earlier")
+        (self.folder / "empty").touch()
+        for name in ("nope.pcapng", "empty"):
+            self.assertIn(name, self.ctl("export", "--csv", "out", name, status=1))
+        self.assertEqual({it.read_text() for it in tables}, {"earlier"})
+        self.assertEqual(sorted((self.folder / "out").iterdir()), sorted(tables))
 
     def test_what_it_needs_is_told(self):
         self.assertIn("expected recordings or --live", self.ctl("export", "--csv", "out", status=2))

@@ -1,4 +1,5 @@
 // pheromonectl export, as it is declared to CLI11.
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "server/base/number_check.h"
 #include "server/operators/ctl/command_line.h"
 #include "server/operators/ctl/csv_export.h"
+#include "server/operators/ctl/export_recording.h"
 #include "server/operators/ctl/live_recording.h"
 #include "server/operators/ctl/mcap_export.h"
 
@@ -22,6 +24,17 @@ struct ExportArguments {
   double seconds = 0;
 };
 
+std::vector<std::string> OutputsOf(const ExportArguments& arguments) {
+  if (arguments.csv.folder.empty()) {
+    return {arguments.mcap.out};
+  }
+  std::vector<std::string> tables;
+  for (const char* name : kCsvTables) {
+    tables.push_back(std::filesystem::path(arguments.csv.folder) / name);
+  }
+  return tables;
+}
+
 int Export(const ServerOptions& options, const ExportArguments& arguments) {
   std::vector<std::string> files = arguments.files;
   if (files.empty() != arguments.live) {
@@ -30,6 +43,11 @@ int Export(const ServerOptions& options, const ExportArguments& arguments) {
   }
   if (arguments.csv.folder.empty() == arguments.mcap.out.empty()) {
     return Fail(kUsage, "expected either --csv FOLDER or --mcap FILE");
+  }
+  for (const std::string& out : OutputsOf(arguments)) {
+    if (const Status free = CheckExportOutput(out, files); !free.ok()) {
+      return Fail(kUsage, free.error());
+    }
   }
   if (arguments.live) {
     const Result<std::vector<std::string>> recorded = RecordLive(options, arguments.seconds);

@@ -1,7 +1,13 @@
 #include "server/operators/ctl/export_recording.h"
 
+#include <array>
+#include <filesystem>
+#include <fstream>
 #include <optional>
+#include <string_view>
+#include <system_error>
 
+#include "server/base/file.h"
 #include "server/store/capture/reader.h"
 
 namespace pheromone::ctl {
@@ -31,6 +37,18 @@ Status ExportRecordings(const std::vector<std::string>& files, RecordingExport* 
     }
   }
   return Ok();
+}
+
+Status CheckExportOutput(const std::string& out, const std::vector<std::string>& files) {
+  PHEROMONE_TRY_STATUS(CheckOutput(out, files));
+  constexpr std::string_view kRecording = "\n\r\r\n";  // as every pcapng file begins
+  std::array<char, kRecording.size()> head{};
+  std::error_code ignored;
+  const bool is_recording = std::filesystem::is_regular_file(out, ignored) &&
+                            std::ifstream(out, std::ios::binary).read(head.data(), head.size()) &&
+                            std::string_view(head.data(), head.size()) == kRecording;
+  return is_recording ? Status(Error{out + ": is a recording, expected another name to export to"})
+                      : Ok();
 }
 
 }  // namespace pheromone::ctl

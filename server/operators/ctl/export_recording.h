@@ -41,4 +41,7 @@ class RecordingExport {
 /// has failed.
 Status ExportRecordings(const std::vector<std::string>& files, RecordingExport* to);
 
+/// That writing `out` replaces no recording: neither one of these files nor any other.
+Status CheckExportOutput(const std::string& out, const std::vector<std::string>& files);
+
 }  // namespace pheromone::ctl

@@ -8,7 +8,6 @@
 
 #include "server/base/format.h"
 #include "server/operators/ctl/map_commands.h"
-#include "server/store/journal/event_reader.h"
 #include "server/store/journal/event_text.h"
 #include "server/store/journal/membership.h"
 #include "server/store/journal/posix_folder.h"
@@ -183,6 +182,13 @@ int CheckJournal(const std::string& path) {
   return damaged ? kFoundDamage : 0;
 }
 
+int ReportEnd(const journal::Walked& walked) {
+  if (!walked.cut_short.empty()) {
+    std::cerr << "pheromonectl: stops there: " << walked.cut_short << '\n';
+  }
+  return walked.is_damaged ? kFoundDamage : 0;
+}
+
 int DumpJournal(const std::string& path) {
   const auto folder = Open(path);
   if (!folder.ok()) {
@@ -192,6 +198,7 @@ int DumpJournal(const std::string& path) {
   if (!names.ok()) {
     return Fail(kFailed, names.error());
   }
+  bool has_bad = false;
   for (const std::string& name : names.value()) {
     if (!journal::OrdinalOf(name)) {
       continue;
@@ -200,6 +207,7 @@ int DumpJournal(const std::string& path) {
     const auto header = journal::DecodeSegmentHeader(head.ok() ? head.value() : "");
     if (!header.ok()) {
       fmt::print("{} 0 bad: {}\n", name, head.ok() ? header.error() : head.error());
+      has_bad = true;
       continue;
     }
     fmt::print("{} 0 segment first={}{}\n", name, header.value().first_sequence,
@@ -212,9 +220,18 @@ int DumpJournal(const std::string& path) {
     }
     if (found == RecordReader::Found::kBad) {
       fmt::print("{} {} bad: {}\n", name, reader.at(), reader.why());
+      has_bad = true;
     }
   }
-  return 0;
+  if (!has_bad) {
+    return 0;
+  }
+  // It may be where a server was killed.
+  const auto walked = journal::WalkEvents(*folder.value(), [](const Record&) {});
+  if (!walked.ok()) {
+    return Fail(kFailed, walked.error());
+  }
+  return walked.value().is_damaged ? Fail(kFoundDamage, "damaged: " + walked.value().cut_short) : 0;
 }
 
 int ExportJournal(const std::string& path, const std::string& format) {
@@ -232,10 +249,7 @@ int ExportJournal(const std::string& path, const std::string& format) {
   if (!walked.ok()) {
     return Fail(kFailed, walked.error());
   }
-  if (!walked.value().cut_short.empty()) {
-    std::cerr << "pheromonectl: stops there: " << walked.value().cut_short << '\n';
-  }
-  return 0;
+  return ReportEnd(walked.value());
 }
 
 }  // namespace pheromone::ctl

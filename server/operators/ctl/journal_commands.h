@@ -8,6 +8,7 @@
 #include <string>
 
 #include "server/base/result.h"
+#include "server/store/journal/event_reader.h"
 
 namespace pheromone::ctl {
 
@@ -19,7 +20,11 @@ Status HoldsJournal(const std::string& folder);
 /// Reads every byte of every file, then recovers the state, as the server would at start-up.
 int CheckJournal(const std::string& path);
 
-/// Prints every record of every segment as text, with its position.
+/// Of reading the events of a journal: tells on standard error where it stopped early.
+int ReportEnd(const journal::Walked& walked);
+
+/// Prints every record of every segment as text, with its position, and what is no record. That is
+/// damage if durable events are missing.
 int DumpJournal(const std::string& path);
 
 /// Prints the events, each once, as "csv" or "jsonl".

@@ -127,10 +127,33 @@ class JournalTest(unittest.TestCase):
         told = self.call("check", "state", status=4).stdout
         self.assertIn(f"damaged: state/00000001.segment: byte {byte}: record checksum mismatch",
                       told)
-        export = self.call("export", "state")
+        export = self.call("export", "state", status=4)
         self.assertEqual(len(export.stdout.splitlines()), 3)
         self.assertIn(f"00000001.segment: byte {byte}: ", export.stderr)
+        self.assertIn(f"00000001.segment: byte {byte}: ", self.call("dump", "state", status=4).stderr)
         self.assertEqual(segment.read_bytes(), damaged)
+
+    def test_a_journal_without_its_beginning_is_damaged(self):
+        self.server.stop(signal.SIGTERM)
+        with running_daemon.Running(self.folder, "--config", "test.toml") as server:
+            server.await_log("ready")
+            self.assertEqual(server.stop(signal.SIGTERM), 0)
+        self.assertGreater(len(self.call("export", "state").stdout.splitlines()), len(DEPOSITS))
+        for snapshot in (self.folder / "state").glob("*.snapshot"):
+            snapshot.unlink()
+        segment = self.folder / "state" / "00000001.segment"
+        data = segment.read_bytes()
+        segment.write_bytes(b"p" + data[1:])
+        told = "00000001.segment: byte 0: is not a segment"
+        self.assertIn(told, self.call("export", "state", status=4).stderr)
+        self.assertIn(told, self.call("dump", "state", status=4).stderr)
+        replay = subprocess.run([BIN / "pheromonectl", "net", "replay", "state"], cwd=self.folder,
+                                text=True, capture_output=True, check=False, timeout=60)
+        self.assertEqual(replay.returncode, 4, replay)
+        self.assertIn(told, replay.stderr)
+        segment.unlink()
+        self.assertIn("00000002.segment: byte 0: the sequence jumps from 0 to ",
+                      self.call("export", "state", status=4).stderr)
 
     def field_of(self, config):
         """What lies on the map at a start with this configuration: sorted (column, row, level)."""

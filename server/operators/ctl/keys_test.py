@@ -132,6 +132,16 @@ class KeysTest(unittest.TestCase):
         self.assertIn("none/k.new0: cannot be created",
                       self.ctl("export", 7, "--file", "robots.keys", "--robot", "none/k", status=1))
 
+    def test_a_key_does_not_replace_the_file_with_the_keys(self):
+        self.ctl("new", 7, 8, "--file", "robots.keys")
+        before = self.file.read_text()
+        (self.folder / "link").symlink_to("robots.keys")
+        for option in ("--robot", "--eeprom", "--header"):
+            self.assertEqual(self.ctl("export", 7, "--file", "link", option, "robots.keys", status=2),
+                             "pheromonectl: robots.keys: the output is the input link, expected "
+                             "another name\n")
+        self.assertEqual(self.file.read_text(), before)
+
     def test_a_file_that_others_may_read_is_refused(self):
         self.ctl("new", 7, "--file", "robots.keys")
         self.file.chmod(0o640)

@@ -250,6 +250,9 @@ int ConvertRaster(const std::string& in, const std::string& out, std::optional<d
       return Fail(kUsage, known.error());
     }
   }
+  if (const Status other = CheckOutput(out, {in}); !other.ok()) {
+    return Fail(kUsage, other.error());
+  }
   Result<maps::Raster> raster = LoadRaster(in, white);
   if (!raster.ok()) {
     return Fail(kFailed, raster.error());
@@ -265,6 +268,9 @@ int ConvertRaster(const std::string& in, const std::string& out, std::optional<d
 
 int ResampleField(const std::string& config, const std::vector<std::string>& types,
                   const std::string& in, const std::string& out) {
+  if (const Status other = CheckOutput(out, {in, config}); !other.ok()) {
+    return Fail(kUsage, other.error());
+  }
   const Result<config::Config> loaded = config::LoadConfig(config);
   if (!loaded.ok()) {
     return Fail(kUsage, loaded.error());

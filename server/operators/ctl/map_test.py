@@ -239,6 +239,18 @@ class MapTest(unittest.TestCase):
             "saved field: 1.2 x 0.8 m from (-0.2, 0), cells of 0.1 m, 13 x 9 nodes\n"
             'pheromone 1 "trail", counter:30000ms: 2 nodes, at most 1\n')
 
+    def test_no_output_replaces_its_input(self):
+        told = ": the output is the input ./lab.{}, expected another name\n"
+        config = (self.folder / "lab.toml").read_text()
+        for name in ("lab.field", "lab.toml"):
+            self.refused(2, name + told.format(name[4:]), "resample", "--config", "./lab.toml",
+                         "./lab.field", name)
+        self.good("export", "--config", "lab.toml", "lab.csv")
+        table = (self.folder / "lab.csv").read_text()
+        self.refused(2, "lab.csv" + told.format("csv"), "convert", "./lab.csv", "lab.csv")
+        self.assertEqual([(self.folder / it).read_text() for it in ("lab.field", "lab.toml", "lab.csv")],
+                         [SAVED, config, table])
+
     def test_mistakes_are_told_and_leave_no_file(self):
         config = ("--config", "lab.toml")
         self.refused(2, "unknown ending, expected .pdf, .svg or .png", "draw", *config, "out.gif")

@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 
-#include "server/base/descriptor.h"
+#include "server/base/file.h"
 #include "server/formats/foxglove/messages.h"
 #include "server/formats/foxglove/schema.h"
 #include "server/formats/mcap/writer.h"
@@ -96,17 +94,16 @@ class FoxgloveShow : public McapShow {
 }  // namespace
 
 int ExportMcap(const std::vector<std::string>& captures, const McapOptions& options) {
-  std::FILE* const file = std::fopen(options.out.c_str(), "wbe");
-  if (file == nullptr) {
-    return Fail(kFailed, SystemError(options.out));
+  FileWriter file(options.out);
+  if (!file.status().ok()) {
+    return Fail(kFailed, file.status().error());
   }
   uint64_t bytes = 0;
   mcap::Writer writer(
       [&](std::string_view part) -> Status {
         bytes += part.size();
-        return std::fwrite(part.data(), 1, part.size(), file) == part.size()
-                   ? Ok()
-                   : Status(SystemError(options.out));
+        file.Write(part);
+        return file.status();
       },
       "pheromonectl " PHEROMONE_VERSION, options.ros2 ? "ros2" : "");
   const auto grid_step_ns = static_cast<uint64_t>(1e9 / options.grid_hz);
@@ -121,12 +118,15 @@ int ExportMcap(const std::vector<std::string>& captures, const McapOptions& opti
     exported = show->status();
   }
   Status written = writer.Finish();
-  if (std::fclose(file) != 0 && written.ok()) {
-    written = SystemError(options.out);
+  const bool is_kept = exported.ok() || writer.messages() > 0;
+  if (written.ok() && is_kept) {
+    written = file.Commit();
   }
   if (!written.ok()) {
-    std::remove(options.out.c_str());
     return Fail(kFailed, written.error());
+  }
+  if (!is_kept) {
+    return Fail(kFailed, exported.error());
   }
   if (!exported.ok()) {
     return Fail(kFailed, fmt::format("{}\n  {} has {} messages up to there", exported.error(),

@@ -18,7 +18,8 @@ struct McapOptions {
 };
 
 /// Prints what was written; returns the exit status. A capture that cannot be replayed to its end
-/// is exported up to there, and reported as a failure.
+/// is exported up to there, and reported as a failure. An earlier file is replaced at the end, and
+/// untouched if there was nothing to export.
 int ExportMcap(const std::vector<std::string>& captures, const McapOptions& options);
 
 }  // namespace pheromone::ctl

@@ -106,7 +106,8 @@ std::string Advice(const std::string& socket, const beast::error_code& error) {
          "; start pheromoned, or name the socket of a running server with --socket";
 }
 
-// The text of a refusal, in one line.
+// The text of a refusal. Each error of a configuration is a line; those after the first are
+// indented, so that no server writes what looks like a line of its own.
 std::string WordsOf(const Exchange& exchange) {
   beast::error_code error;
   const json::value body = json::parse(exchange.body, error);
@@ -123,7 +124,13 @@ std::string WordsOf(const Exchange& exchange) {
   std::string words = text("where");
   words += (words.empty() ? "" : ": ") + text("what");
   const std::string expected = text("expected");
-  return EscapeControls(words + (expected.empty() ? "" : ", expected " + expected), "");
+  words += expected.empty() ? "" : ", expected " + expected;
+  std::string lines;
+  for (const char c : EscapeControls(words)) {
+    lines += c;
+    lines += c == '\n' ? "  " : "";
+  }
+  return lines;
 }
 
 void AnnounceChange(const ServerSocket& socket) {

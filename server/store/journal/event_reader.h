@@ -1,5 +1,6 @@
 // Reads all events in the segments of a journal, in order and each once, without building a state:
-// for inspection and export. Events before the oldest segment exist only in snapshots.
+// for inspection and export. Events of segments that were removed exist only in snapshots, and are
+// left out. Reading stops where events are missing.
 //
 //   Result<Walked> walked = WalkEvents(folder, [](const Record& record) { ... });
 //
@@ -22,9 +23,13 @@ struct Walked {
   uint64_t events = 0;
   /// Where and why reading stopped before the end of the last segment; empty if it did not.
   std::string cut_short;
+  /// Events that were durable are missing there, or later segments are not read; else, it stopped
+  /// at the unfinished end of the log, as a running server has it, or one that was killed.
+  bool is_damaged = false;
 };
 
 /// `visit` is called with each event record; the data it points to is valid during the call.
+/// Errors: a file cannot be read, or is of another version.
 Result<Walked> WalkEvents(const Folder& folder, const std::function<void(const Record&)>& visit);
 
 }  // namespace pheromone::journal

@@ -149,11 +149,12 @@ Found SegmentReader::NextAsWritten(Record* record) {
 }
 
 Result<uint64_t> DurableIn(const Folder& folder, const std::string& name, uint64_t at,
-                           const std::function<void(uint64_t)>& read) {
+                           const std::function<void(uint64_t)>& read, uint64_t end) {
   constexpr uint64_t kOverlap = 16;  // a mark is 17 bytes, and may lie across two windows
   uint64_t durable = 0;
   for (;;) {
-    PHEROMONE_TRY(const std::string window, folder.Read(name, at, kWindowBytes));
+    PHEROMONE_TRY(const std::string window,
+                  folder.Read(name, at, std::min(kWindowBytes, end - at)));
     durable = std::max(durable, DurableIn(window, 0));
     if (window.size() < kWindowBytes) {
       return durable;

@@ -56,8 +56,8 @@ class SegmentReader {
 };
 
 /// Like DurableIn of format.h, for a file of any size. `read` is called periodically with the
-/// number of bytes read since the last call.
+/// number of bytes read since the last call. What a server has written from `end` on is not read.
 Result<uint64_t> DurableIn(const Folder& folder, const std::string& name, uint64_t at,
-                           const std::function<void(uint64_t)>& read);
+                           const std::function<void(uint64_t)>& read, uint64_t end = UINT64_MAX);
 
 }  // namespace pheromone::journal

@@ -129,6 +129,11 @@ int RevokeKeysAtServer(const ServerOptions& server, const std::vector<int>& ids)
 }
 
 int ExportKey(const KeyExport& options) {
+  for (const std::string& path : {options.robot, options.eeprom, options.header}) {
+    if (const Status other = CheckOutput(path, {options.file}); !other.ok()) {
+      return Fail(kUsage, other.error());
+    }
+  }
   return Report(Export(options), "");
 }
 

@@ -145,10 +145,13 @@ Result<petri::Net> CoreOf(petri::Net net) {
   return nets::CoreNet(net, bounds);
 }
 
-int WriteText(const std::string& path, const std::string& text) {
+int WriteText(const NetSource& source, const std::string& path, const std::string& text) {
   if (path.empty()) {
     std::cout << text;
     return 0;
+  }
+  if (const Status other = CheckOutput(path, {source.path}); !other.ok()) {
+    return Fail(kUsage, other.error());
   }
   const Status written = WriteFile(path, text);
   return written.ok() ? 0 : Fail(kFailed, written.error());
@@ -169,7 +172,8 @@ int CheckNetFile(const NetCheck& check) {
 int DrawNet(const NetCheck& check, const std::string& id, const std::string& output) {
   if (id.empty()) {
     const Result<petri::Net> net = LoadNet(check.source);
-    return net.ok() ? WriteText(output, nets::DotOfNet(net.value())) : Fail(kUsage, net.error());
+    return net.ok() ? WriteText(check.source, output, nets::DotOfNet(net.value()))
+                    : Fail(kUsage, net.error());
   }
   Checked checked;
   if (const int failed = RunCheck(check, &checked); failed != 0) {
@@ -185,7 +189,7 @@ int DrawNet(const NetCheck& check, const std::string& id, const std::string& out
   }
   std::vector<uint32_t> steps = *finding->trace;
   steps.insert(steps.end(), finding->cycle.begin(), finding->cycle.end());
-  return WriteText(output, nets::DotOfTrace(checked.net, steps));
+  return WriteText(check.source, output, nets::DotOfTrace(checked.net, steps));
 }
 
 int ExportNet(const NetExport& to) {
@@ -197,11 +201,11 @@ int ExportNet(const NetExport& to) {
     return Fail(kUsage, net.error());
   }
   if (to.format == "pnml") {
-    return WriteText(to.output, nets::ToPnml(net.value()));
+    return WriteText(to.source, to.output, nets::ToPnml(net.value()));
   }
   if (to.format == "promela") {
     const Result<std::string> text = nets::ToPromela(net.value(), {});
-    return text.ok() ? WriteText(to.output, text.value()) : Fail(kUsage, text.error());
+    return text.ok() ? WriteText(to.source, to.output, text.value()) : Fail(kUsage, text.error());
   }
   if (to.output.empty()) {
     return Fail(kUsage, "--format 4ti2 writes three files; expected --output NAME");
@@ -209,7 +213,7 @@ int ExportNet(const NetExport& to) {
   const nets::FourTiTwoProject files = nets::ToFourTiTwo(net.value(), nets::SemiflowsOf::kPlaces);
   for (const auto& [ending, text] :
        {std::pair{".mat", &files.mat}, {".sign", &files.sign}, {".rel", &files.rel}}) {
-    if (const int failed = WriteText(to.output + ending, *text); failed != 0) {
+    if (const int failed = WriteText(to.source, to.output + ending, *text); failed != 0) {
       return failed;
     }
   }
@@ -226,7 +230,7 @@ int WriteRobotTables(const NetSource& source, const std::string& output) {
     return Fail(kUsage, source.path + ": " + robot.error());
   }
   const std::string file = std::filesystem::path(source.path).filename();
-  return WriteText(output, nets::HeaderOf(robot.value(), file));
+  return WriteText(source, output, nets::HeaderOf(robot.value(), file));
 }
 
 }  // namespace pheromone::ctl

@@ -14,6 +14,7 @@
 
 #include "server/core/engine/engine.h"
 #include "server/core/engine/event_codec.h"
+#include "server/operators/ctl/journal_commands.h"
 #include "server/operators/ctl/server_call.h"
 #include "server/store/journal/event_reader.h"
 #include "server/store/journal/posix_folder.h"
@@ -183,12 +184,10 @@ int ReplayNets(const std::string& path, const std::string& net, const std::strin
   if (!walked.ok() || !taken.ok()) {
     return Fail(kFailed, path + ": " + (walked.ok() ? taken.error() : walked.error()));
   }
-  if (!walked.value().cut_short.empty()) {
-    std::cerr << "pheromonectl: stops there: " << walked.value().cut_short << '\n';
-  }
+  const int status = ReportEnd(walked.value());
   replayer.TellEnds();
   out.flush();
-  return out ? 0 : Fail(kFailed, output + ": cannot be written");
+  return out ? status : Fail(kFailed, output + ": cannot be written");
 }
 
 }  // namespace pheromone::ctl

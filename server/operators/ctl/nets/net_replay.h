@@ -17,7 +17,7 @@ namespace pheromone::ctl {
 ///
 /// with the places that have tokens. `from` is "configuration", "reset" or, if the journal's
 /// beginning was removed, "snapshot"; a robot is an author's number, 0 the environment. `net`:
-/// only this one; empty: all. The exit status; errors are reported.
+/// only this one; empty: all. The exit status, 4 if events are missing; errors are reported.
 int ReplayNets(const std::string& path, const std::string& net, const std::string& output);
 
 }  // namespace pheromone::ctl

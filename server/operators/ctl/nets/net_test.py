@@ -207,6 +207,14 @@ class NetTest(unittest.TestCase):
         self.assertEqual(result.stderr, "pheromonectl: warning: woped.pnml: 1 arc has the ID of another "
                                         'element, such as "a": each is an arc of its own\n')
 
+    def test_an_output_does_not_replace_the_net(self):
+        robot = (NETS / "robot.toml").read_text()
+        (self.folder / "robot.toml").write_text(robot)
+        for command in ("draw", "tables", "export --format pnml", "export --format promela"):
+            self.refused("robot.toml: the output is the input ./robot.toml, expected another name\n",
+                         *command.split(), "--output", "robot.toml", "./robot.toml")
+        self.assertEqual((self.folder / "robot.toml").read_text(), robot)
+
     def test_an_exported_net_has_the_same_counts(self):
         def counts(path, *arguments):
             report = self.check(0, path, *arguments)
