@@ -73,9 +73,9 @@ class Walk {
       PHEROMONE_TRY_STATUS(ReadSegment(i));
     }
     if (walked_.cut_short.empty() && files_.noted > known_) {
-      walked_.cut_short = std::string(kDurableName) + ": the log ends at sequence " +
-                          std::to_string(known_) + ", but " + std::to_string(files_.noted) +
-                          " was durable";
+      walked_.cut_short = kDurableName;
+      walked_.cut_short += ": the log ends at sequence " + std::to_string(known_) + ", but " +
+                           std::to_string(files_.noted) + " was durable";
       walked_.is_damaged = true;
     }
     return std::move(walked_);
