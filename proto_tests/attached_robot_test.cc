@@ -358,6 +358,23 @@ TEST(AttachedRobot, AStopButtonThatWasPressedDuringAPauseHaltsTheRobot) {
   EXPECT_FALSE(world.pioneer.motors_enabled());
 }
 
+// The one before was killed while the robot drove, and its watchdog has stopped it: any command but
+// CLOSE would make it go on.
+TEST(AttachedRobot, ARobotThatWasLeftInASessionStandsUntilItIsInANewOne) {
+  World world(300);
+  world.Run(6000);
+  ASSERT_GT(world.pioneer.drive().motion().speed_m_s, 0.29);
+  world.Run(4000, false);
+  ASSERT_TRUE(world.stands());
+  ASSERT_TRUE(world.pioneer.open());
+  world.robot.OnRobotConnected(static_cast<uint32_t>(world.now_ms), true);
+  for (int i = 0; i < 2000 && world.pioneer.counters().sessions < 2; ++i) {
+    world.Run(1);
+    ASSERT_TRUE(world.stands()) << i;
+  }
+  EXPECT_EQ(world.pioneer.counters().sessions, 2u);
+}
+
 TEST(AttachedRobot, LeavesARobotThatStandsAndASessionThatIsClosed) {
   World world(300);
   world.Run(6000);
@@ -407,7 +424,7 @@ TEST(AttachedRobot, ANewConnectionHasItsSessionWithin2SWhateverTheOldOneWasDoing
     world.pioneer.HangUp();
     world.Run(17 * round);
     world.cable_cut = false;
-    world.robot.OnRobotConnected(false);
+    world.robot.OnRobotConnected(static_cast<uint32_t>(world.now_ms), false);
     const int64_t began_ms = world.now_ms;
     while (!world.robot.pioneer().known() && world.now_ms - began_ms < 5000) {
       world.Run(1);

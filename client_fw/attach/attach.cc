@@ -70,7 +70,8 @@ class Attachment {
     servers_.Advance(now_ms_);
     if (openings_ != port_.openings()) {
       openings_ = port_.openings();
-      robot_.OnRobotConnected(port_.address().kind == Address::Kind::kSerial);
+      robot_.OnRobotConnected(static_cast<uint32_t>(now_ms_),
+                              port_.address().kind == Address::Kind::kSerial);
       counted_rates_ = robot_.pioneer().rate();
     }
     for (int i = 0; i < kMaxReads; ++i) {

@@ -21,7 +21,8 @@ void AttachedRobot::OnRobotBytes(std::span<const uint8_t> bytes) {
   }
 }
 
-void AttachedRobot::OnRobotConnected(bool close_first) {
+void AttachedRobot::OnRobotConnected(uint32_t now_ms, bool close_first) {
+  board_.set_millis(now_ms);
   board_.reports = {};
   board_.commands = {};
   drive_.Restart(close_first);

@@ -40,9 +40,10 @@ class AttachedRobot {
   AttachedRobot(const AttachedRobot&) = delete;
   AttachedRobot& operator=(const AttachedRobot&) = delete;
 
-  /// A new connection to the Pioneer. With the one before a session has ended; on a serial port
-  /// (`close_first`) it may not have.
-  void OnRobotConnected(bool close_first);
+  /// A new connection to the Pioneer, now. On a serial port (`close_first`) somebody may have left
+  /// it in a session; over TCP, it is taken to have ended with the connection before, and MobileSim
+  /// would take CLOSE for the beginning of one.
+  void OnRobotConnected(uint32_t now_ms, bool close_first);
   void OnRobotBytes(std::span<const uint8_t> bytes);
   void OnModemBytes(std::span<const uint8_t> bytes);
   /// The server is another one, which does not know this robot.

@@ -13,8 +13,8 @@ using protocol::CommandCode;
 using protocol::EventCode;
 using protocol::Reason;
 
-// A robot that is answered says HELLO once, and another time if an answer was lost.
-constexpr uint8_t kHellosUnheard = 3;
+// A robot that has what it needs says HELLO once, and another time if an answer was lost.
+constexpr uint8_t kManyHellos = 3;
 
 // A robot at full speed brakes and reports within that.
 constexpr uint64_t kBrakingMs = 1500;
@@ -69,11 +69,6 @@ class Judge {
     if (const auto refused = Refused()) {
       return *refused;
     }
-    if (heard_.hellos >= kHellosUnheard) {
-      return Make(RobotState::kNotHearing,
-                  "it says HELLO again and again and asks nothing: it does not hear the server",
-                  std::max(heard_.hello_ms, heard_.moved_ms));
-    }
     if (const auto halted = Halted()) {
       return *halted;
     }
@@ -126,10 +121,17 @@ class Judge {
 
   // Each start halts a robot, unless it is set otherwise: then it has moved.
   std::optional<RobotCondition> HaltedSinceStart() const {
-    if (heard_.hello_ms > resumed_ms_ && !MovedSince(heard_.hello_ms) && !moves_) {
-      return Make(RobotState::kHalted, "since its start", heard_.hello_ms);
+    if (heard_.hello_ms <= resumed_ms_ || MovedSince(heard_.hello_ms) || moves_) {
+      return std::nullopt;
     }
-    return std::nullopt;
+    if (heard_.hellos >= kManyHellos && heard_.refusal != Reason::kBusy) {
+      return Make(
+          RobotState::kOnlyHello,
+          "again and again: it hears no answer, has no odometry or pose, or the server lacks "
+          "its pheromone or version",
+          heard_.hello_ms);
+    }
+    return Make(RobotState::kHalted, "since its start", heard_.hello_ms);
   }
 
   std::optional<RobotCondition> StoppedByEvent() const {
@@ -197,8 +199,8 @@ std::string_view NameOf(RobotState state) {
       return "off the map";
     case RobotState::kRefused:
       return "refused";
-    case RobotState::kNotHearing:
-      return "not hearing";
+    case RobotState::kOnlyHello:
+      return "only HELLO";
     case RobotState::kAlarm:
       return "alarm";
     case RobotState::kSilent:

@@ -18,15 +18,15 @@ struct ClientView;
 
 enum class RobotState : uint8_t {
   kDriving,
-  kToGoal,      ///< it drives to its goal
-  kAtGoal,      ///< it has arrived there, and stands
-  kStanding,    ///< it has not told why
-  kHalted,      ///< until a resume
-  kTrailLost,   ///< it stands
-  kOffTheMap,   ///< and stands
-  kRefused,     ///< its requests are answered with ERROR
-  kNotHearing,  ///< it does not hear the server
-  kAlarm,       ///< it drives, but something is wrong
+  kToGoal,     ///< it drives to its goal
+  kAtGoal,     ///< it has arrived there, and stands
+  kStanding,   ///< it has not told why
+  kHalted,     ///< until a resume
+  kTrailLost,  ///< it stands
+  kOffTheMap,  ///< and stands
+  kRefused,    ///< its requests are answered with ERROR
+  kOnlyHello,  ///< it says nothing else since its start
+  kAlarm,      ///< it drives, but something is wrong
   kSilent,
 };
 constexpr RobotState kLastRobotState = RobotState::kSilent;

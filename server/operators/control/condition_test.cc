@@ -69,13 +69,27 @@ TEST(ConditionTest, SaysWhatIsKnownOfARobot) {
          it->traffic.refusal = protocol::Reason::kOffTheMap;
          it->traffic.refused_ms = 50'000;
        }},
-      {"not hearing: it says HELLO again and again and asks nothing: it does not hear the server",
+      {"only HELLO: again and again: it hears no answer, has no odometry or pose, or the server "
+       "lacks its pheromone or version",
        10'000,
        [](ClientView* it) {
          it->traffic.obeyed.reset();
          it->traffic.moved_ms = 0;
          it->traffic.hellos = 3;
-         it->halt_of_all_ms = 50'000;  // nor does it hear that
+       }},
+      {"halted: by the halt of all", 50'000,
+       [](ClientView* it) {
+         it->traffic.obeyed.reset();
+         it->traffic.moved_ms = 0;
+         it->traffic.hellos = 3;
+         it->halt_of_all_ms = 50'000;
+       }},
+      {"halted: since its start", 10'000,  // it is the server that does not answer
+       [](ClientView* it) {
+         it->traffic.obeyed.reset();
+         it->traffic.moved_ms = 0;
+         it->traffic.hellos = 3;
+         it->traffic.refusal = protocol::Reason::kBusy;
        }},
       {"halted: since its start", 10'000,  // the answer to its first HELLO was lost
        [](ClientView* it) {

@@ -48,6 +48,7 @@ constexpr unsigned kPauseMs = 60;      // until everybody listens again
 constexpr unsigned kPauseStepMs = 7;
 constexpr double kMostNoiseMs = 3000;
 constexpr double kSlowAir = 1.1;  // times the ports' own time
+constexpr double kSurelySlowMs = 100;
 constexpr std::array kPausesMs = {0u, 8u, 32u, 128u};
 
 Clock::duration OfMs(double ms) {
@@ -112,6 +113,7 @@ class Side {
     bytes_ = 0;
     chunks_.clear();
     numbers_.clear();
+    last_frame_ = {};
   }
 
   Status Read() {
@@ -129,6 +131,7 @@ class Side {
       if (decoder_.Push(byte, 0)) {
         if (const uint32_t number = NumberOf(decoder_.message()); number != 0) {
           numbers_.insert(number);
+          last_frame_ = {number, chunks_.back()};
         }
       }
     }
@@ -155,6 +158,8 @@ class Side {
   }
 
   bool Has(uint32_t number) const { return numbers_.contains(number); }
+  // The last of our frames, and what was read with its end; 0: none.
+  const std::pair<uint32_t, Chunk>& last_frame() const { return last_frame_; }
   int descriptor() const { return line_.get(); }
   size_t bytes() const { return bytes_; }
   const std::vector<Chunk>& chunks() const { return chunks_; }
@@ -168,6 +173,7 @@ class Side {
   size_t bytes_ = 0;
   std::vector<Chunk> chunks_;
   std::unordered_set<uint32_t> numbers_;  // of the frames
+  std::pair<uint32_t, Chunk> last_frame_;
 };
 
 struct Way {
@@ -179,7 +185,7 @@ struct Way {
   std::optional<unsigned> pause_ms;  // before answers, with which they are heard
   size_t bytes_of_frames = 0;
   double bytes_per_s = 0;
-  double slower = 1;  // than the ports, by this factor
+  double slower = 1;  // than the ports, by this factor; of small differences nothing is told
   Delays delays;
   std::vector<double> first_byte_ms;  // of answers, after the request left
 };
@@ -358,9 +364,15 @@ class ModemTest {
                       options_.frames, options_.ports[from], options_.ports[1 - from],
                       way.one_by_one, kOneByOne)};
     }
-    const double took_ms = std::max(to.chunks().back().at_ms - way.delays.least_ms, 1.0);
-    way.bytes_per_s = 1000 * static_cast<double>(to.bytes()) / took_ms;
-    way.slower = took_ms / AirMs(bytes);
+    const auto& [last, end] = to.last_frame();
+    if (last != 0) {
+      const double took_ms = std::max(end.at_ms - way.delays.least_ms, 1.0);
+      way.bytes_per_s = 1000 * static_cast<double>(end.bytes_read) / took_ms;
+      const double air_ms =
+          AirMs(bytes) * (last + 1 - first) / static_cast<double>(options_.frames);
+      const double surely_ms = took_ms - way.delays.varies_ms;
+      way.slower = surely_ms > air_ms + kSurelySlowMs ? surely_ms / air_ms : 1;
+    }
     return Ok();
   }
 

@@ -208,9 +208,11 @@ class UdpLink final : public ListeningLink<udp::socket> {
     const bool returns = place->before == from && now_ns - place->moved_ns < kReturnNs;
     if (returns && (warned_ns_ == 0 || now_ns - warned_ns_ >= kBetweenWarningsNs)) {
       warned_ns_ = now_ns;
-      ReportError(Error{"robot " + std::to_string(id) + " speaks from " + TextOf(from) +
-                        " and from " + TextOf(place->last)},
-                  "commands reach one of them; give each robot an ID of its own");
+      ReportError(
+          Error{"robot " + std::to_string(id) + " speaks from " + TextOf(from) + " and from " +
+                TextOf(place->last)},
+          "commands to this ID reach the one heard last, the halt of all reaches both; give each "
+          "robot an ID of its own");
     }
     *place = {from, place->last, now_ns};
   }

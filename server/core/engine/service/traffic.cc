@@ -99,6 +99,7 @@ void Traffic::NoteElsewhere(const HeardPose& heard) {
     NotePose(heard.pose, heard.at_ms, &robot);
     robot.last_ms = heard.at_ms;
     robot.elsewhere = true;
+    robot.hellos = 0;
   }
 }
 

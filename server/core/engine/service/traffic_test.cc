@@ -79,6 +79,9 @@ TEST(TrafficTest, CountsHellosInARow) {
   ping.opcode = static_cast<uint8_t>(protocol::Opcode::kPing);
   traffic.Count(0, ping, 2, Fate::kAnswered);
   EXPECT_EQ(traffic.Find(0, 3)->hellos, 0);
+  traffic.Count(0, testing::Hello(3, 1), 3, Fate::kAnswered);
+  traffic.NoteElsewhere({0, 3, {}, 4});  // it asks another server now
+  EXPECT_EQ(traffic.Find(0, 3)->hellos, 0);
 }
 
 TEST(TrafficTest, AnEchoOfTheServersOwnFramesIsNoRobot) {

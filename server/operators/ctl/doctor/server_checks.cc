@@ -127,7 +127,9 @@ constexpr StateMend kStateMends[] = {
     {"refused",
      "Restart the robot, so that it says HELLO, and look at the pheromone and tags that "
      "it asks for: pheromonectl laws."},
-    {"not hearing", "Look at the modem of the server (transmit) and of the robot (receive)."},
+    {"only HELLO",
+     "Look at the robot's light or log; at the modems, of which the server's sends and the robot's "
+     "receives; and at the pheromone that it asks for: pheromonectl laws."},
     {"alarm", "Go to the robot and look."},
     {"silent", "Look at its power and radio; it comes back by itself when it is heard."},
 };

@@ -56,7 +56,7 @@ export const isFresh = (client) => client.known !== false && client.silent_s !==
 // How each state is shown: colour, and a shape of its own for who cannot tell colours.
 const SHOWN = {
   'driving': 'good', 'going to its goal': 'good', 'at its goal': 'goal', 'halted': 'held', 'standing': 'held',
-  'trail lost': 'warn', 'off the map': 'warn', 'refused': 'warn', 'not hearing': 'warn', 'alarm': 'bad', 'silent': '',
+  'trail lost': 'warn', 'off the map': 'warn', 'refused': 'warn', 'only HELLO': 'warn', 'alarm': 'bad', 'silent': '',
 };
 const ORDER = Object.keys(SHOWN);
 
