@@ -80,7 +80,7 @@ void Channel::Hear(std::span<const uint8_t> bytes, Time now, Time since,
     messages->push_back(message);
     if (options_.half_duplex) {
       rounds_.OnHeard(message, now, since);
-      DropRepeated(message);
+      NoteAck(message);
     }
   });
   if (options_.half_duplex) {
@@ -185,12 +185,14 @@ bool Channel::IsLate(const Frame& frame, Time start) const {
          start > *frame.asked_at + options_.timing.LatestAnswer(options_.response_window);
 }
 
-// The engine repeats a COMMAND of which it has no ACK yet. A full round takes longer than it waits.
-void Channel::DropRepeated(const protocol::Message& heard) {
+// It is not awaited any more. The engine repeats a COMMAND of which it has no ACK yet, and a full
+// round takes longer than it waits.
+void Channel::NoteAck(const protocol::Message& heard) {
   protocol::CommandAck ack;
   if (!Decode(heard, &ack)) {
     return;
   }
+  ack_until_ = Time::min();
   const auto repeated = std::find_if(queue_.begin(), queue_.end(), [&ack](const Frame& it) {
     protocol::Command command;
     return !it.asked_at && Decode(it.message, &command) && command.id == ack.id &&
@@ -390,7 +392,7 @@ Transmission Channel::Begin(Time now) {
 void Channel::OnSent(Time end) {
   free_at_ = end;
   if (awaits_ack_) {
-    ack_until_ = end + options_.response_window;
+    ack_until_ = end + options_.timing.LatestAck(options_.response_window);
   }
   if (sent_round_) {
     rounds_.OnSent(end);

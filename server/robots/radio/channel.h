@@ -131,7 +131,7 @@ class Channel {
 
   bool Open(protocol::Message* message, Time now, Time since);
   void Enqueue(const protocol::Message& message, std::optional<Time> asked_at);
-  void DropRepeated(const protocol::Message& heard);
+  void NoteAck(const protocol::Message& heard);
   void DropFront();
   Frame Take(const std::deque<Frame>::iterator& at);
   bool IsLate(const Frame& frame, Time start) const;

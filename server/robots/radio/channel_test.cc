@@ -187,8 +187,21 @@ TEST_F(ChannelTest, TheServerIsSilentForTheAckOfACommand) {
   channel_.Send(Halt(1, 1));
   channel_.Send(Halt(2, 2));
   EXPECT_EQ(Names(channel_.Begin(kStart)), Frames{"D1 to 1"});
-  EXPECT_GE(channel_.NextStart(kStart), channel_.sent_at() + options_.response_window);
+  // It may begin W after the COMMAND's end, which the robot hears a turnaround later, and is itself
+  // heard a turnaround and a byte later.
+  const Time begun = channel_.sent_at() + 2ms + options_.response_window + 2ms + Lasts(1);
+  EXPECT_GE(channel_.NextStart(kStart), begun);
   EXPECT_LT(channel_.NextStart(kStart), kNever);
+}
+
+TEST_F(ChannelTest, TheServerIsSilentNoLongerOnceTheAckIsThere) {
+  channel_.Send(Halt(1, 1));
+  channel_.Send(Halt(2, 2));
+  channel_.Begin(kStart);
+  const Time acknowledged = channel_.sent_at() + 2ms;
+  Hear(FrameOf(MessageOf(protocol::CommandAck{1, 1, protocol::CommandCode::kHalt, 0})),
+       acknowledged);
+  EXPECT_EQ(channel_.NextStart(acknowledged), acknowledged + Idle());
 }
 
 TEST_F(ChannelTest, AnAckIsAwaitedAfterACommandThatRodeOnAnAnswer) {

@@ -56,6 +56,11 @@ struct Timing {
   constexpr Duration LatestAnswer(Duration window) const {
     return window - turnaround - KeyDelay() - adapter - byte;
   }
+  /// From the end of a COMMAND until the first byte of its ACK, which may begin W after the robot
+  /// has heard it, was read.
+  constexpr Duration LatestAck(Duration window) const {
+    return Transit() + window + turnaround + byte + adapter;
+  }
   /// The channel is free if nothing was read for this long: longer than a robot needs from one
   /// frame's end to the first byte of its own, and more than the adapter may hold back.
   constexpr Duration Idle() const { return adapter + turnaround + 3 * byte; }
