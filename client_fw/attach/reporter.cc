@@ -143,10 +143,9 @@ std::string Reporter::MotionTextNow() {
                                 : "the robot is not heard: if it drives, its own watchdog stops it";
   }
   const client::BehaviourState& state = robot_->conversation().state();
-  driven_ = state.flags == 0 || (driven_ && !robot_->stands());
-  return state.flags == 0 || driven_ || robot_->stands()
-             ? MotionText(state.flags, state.trail_lost, robot_->stands())
-             : "";
+  const bool stands = robot_->stands();
+  driven_ = state.flags == 0 || (driven_ && !stands);
+  return driven_ || stands ? MotionText(state.flags, state.trail_lost, stands) : "";
 }
 
 void Reporter::Look(int64_t now_ms) {
